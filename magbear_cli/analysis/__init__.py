@@ -1,0 +1,1 @@
+"""Each module judges a closed loop."""

@@ -1,0 +1,1 @@
+"""The algebra of linear time-invariant systems."""

@@ -1,0 +1,1 @@
+"""The physics: force law, linearisation, rotor, sensor, weights, uncertainty, generalised plant."""

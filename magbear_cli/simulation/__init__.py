@@ -1,0 +1,1 @@
+"""Each module steps time."""

@@ -1,0 +1,1 @@
+"""A study file, believed or refused."""

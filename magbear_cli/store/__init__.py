@@ -1,0 +1,1 @@
+"""HDF5: one shard a finished case, one deterministic results file."""

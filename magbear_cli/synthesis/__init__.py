@@ -1,0 +1,1 @@
+"""Each module turns a control problem into a controller."""
