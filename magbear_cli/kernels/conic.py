@@ -1,0 +1,111 @@
+"""A linear cone program, solved by Clarabel and looked at again: minimise qᵀx subject to b − A x in a product of cones."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from magbear_cli.errors import NumericsError
+
+
+class Cone(StrEnum):
+    """The cones a row block may live in; a second-order cone (t, v) means t ≥ ‖v‖."""
+
+    ZERO = "zero"
+    NONNEGATIVE = "nonnegative"
+    SECOND_ORDER = "second_order"
+    POSITIVE_SEMIDEFINITE = "positive_semidefinite"  # upper triangle by columns, off-diagonals times √2
+
+
+@dataclass(frozen=True)
+class ConicAnswer:
+    """A solution with its residuals, recomputed here and not taken from the solver.
+
+    ``x`` (n,) primal, ``z`` (rows,) dual, ``objective`` qᵀx; ``status`` is the solver's word in lower case.
+    ``violation`` is the largest amount by which a linear or second-order cone is missed, relative to 1 + ‖b‖∞.
+    """
+
+    x: NDArray[np.float64]
+    z: NDArray[np.float64]
+    objective: float
+    status: str
+    violation: float
+
+    @property
+    def is_solved(self) -> bool:
+        """Whether the solver stopped at a (nearly) optimal point with finite numbers."""
+        return self.status in {"solved", "almostsolved"} and bool(np.isfinite(self.x).all())
+
+    @property
+    def is_infeasible(self) -> bool:
+        """Whether the solver says that no point satisfies the constraints: a hint, not a proof."""
+        return self.status in {"primalinfeasible", "almostprimalinfeasible"}
+
+
+def solve_cone_program(
+    q: NDArray[np.float64],
+    a: NDArray[np.float64] | sparse.spmatrix,
+    b: NDArray[np.float64],
+    cones: Sequence[tuple[Cone, int]],
+    *,
+    tolerance: float = 1e-9,
+) -> ConicAnswer:
+    """Minimise qᵀx subject to b − A x ∈ K1 × K2 × …, each cone given with its number of rows (matrix side for PSD).
+
+    Raises
+    ------
+    NumericsError
+        when the data are not finite or the solver stops without an answer of any kind.
+
+    Notes
+    -----
+    Clarabel is an interior-point solver for conic programs (Goulart and Chen 2024). Its compiled core panics on some
+    inputs; the panic derives from BaseException and is turned into a NumericsError here.
+    """
+    import clarabel  # noqa: PLC0415 - a compiled solver, loaded only when a cone program is solved
+
+    matrix = sparse.csc_matrix(a)
+    if not (np.isfinite(q).all() and np.isfinite(matrix.data).all() and np.isfinite(b).all()):
+        raise NumericsError("the cone program holds a number that is not finite")
+    makers = {
+        Cone.ZERO: clarabel.ZeroConeT,
+        Cone.NONNEGATIVE: clarabel.NonnegativeConeT,
+        Cone.SECOND_ORDER: clarabel.SecondOrderConeT,
+        Cone.POSITIVE_SEMIDEFINITE: clarabel.PSDTriangleConeT,
+    }
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    settings.max_threads = 1
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
+    hessian = sparse.csc_matrix((q.size, q.size))
+    try:
+        solver = clarabel.DefaultSolver(hessian, q, matrix, b, [makers[kind](size) for kind, size in cones], settings)
+        answer = solver.solve()
+    except BaseException as error:
+        if type(error).__name__ != "PanicException":
+            raise
+        raise NumericsError(f"the conic solver broke down: {error}") from error
+    x, z = np.asarray(answer.x, dtype=float), np.asarray(answer.z, dtype=float)
+    status = str(answer.status).lower()
+    violation = _violation(b - matrix @ x, cones) / (1.0 + float(np.abs(b).max(initial=0.0)))
+    return ConicAnswer(x, z, float(q @ x), status, violation)
+
+
+def _violation(slack: NDArray[np.float64], cones: Sequence[tuple[Cone, int]]) -> float:
+    worst, start = 0.0, 0
+    for kind, size in cones:
+        rows = size * (size + 1) // 2 if kind is Cone.POSITIVE_SEMIDEFINITE else size
+        block = slack[start : start + rows]
+        start += rows
+        if kind is Cone.ZERO:
+            worst = max(worst, float(np.abs(block).max(initial=0.0)))
+        elif kind is Cone.NONNEGATIVE:
+            worst = max(worst, float(-block.min(initial=0.0)))
+        elif kind is Cone.SECOND_ORDER:
+            worst = max(worst, float(np.linalg.norm(block[1:]) - block[0]))
+    return worst
