@@ -1,4 +1,4 @@
-"""A linear cone program, solved by Clarabel and looked at again: minimise qᵀx subject to b − A x in a product of cones."""
+"""A linear cone program, solved by Clarabel and looked at again: minimise qᵀx, subject to b − A x in given cones."""
 
 from __future__ import annotations
 

@@ -87,10 +87,18 @@ class ControlProblem:
     performance: RationalWeight
     omega_c_rad_s: float | None = None
 
+    def __post_init__(self) -> None:
+        """Refuse a bearing that does not pull, and a limit that is not a frequency."""
+        for name in ("negative_stiffness_n_per_m", "current_stiffness_n_per_a"):
+            if not 0 < getattr(self, name) < np.inf:
+                raise NumericsError(f"{name} must be a positive number, not {getattr(self, name)}")
+        if self.omega_c_rad_s is not None and not 0 < self.omega_c_rad_s < np.inf:
+            raise NumericsError(f"omega_c_rad_s must be a positive number, not {self.omega_c_rad_s}")
+
     @property
     def natural_rad_s(self) -> float:
         """sqrt(k_z/m) at the nominal mass: the speed of the unstable pole."""
-        return float(np.sqrt(abs(self.negative_stiffness_n_per_m) / self.mass.nominal_kg))
+        return float(np.sqrt(self.negative_stiffness_n_per_m / self.mass.nominal_kg))
 
     def plant(self, omega_rad_s: ArrayLike, mass_kg: ArrayLike) -> NDArray[np.complex128]:
         """G(jω) = −k_i/(m ω² + k_z) in m/A for masses and frequencies that broadcast; it is real on the axis."""
