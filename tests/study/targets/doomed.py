@@ -1,0 +1,5 @@
+"""A target whose import ends the process without a word."""
+
+import os
+
+os._exit(3)

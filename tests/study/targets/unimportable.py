@@ -1,0 +1,3 @@
+"""A target that cannot be imported."""
+
+raise ImportError("libgfortran.so.5: cannot open shared object file")
