@@ -1,0 +1,63 @@
+"""Values that are legal alone and contradict each other within one case."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from magbear_cli.spec.models import Case
+from magbear_cli.spec.nodes import Path
+from magbear_cli.spec.scenario import Scenario
+
+LARGEST_STEP_GAPS = 10  # a step this far beyond the gap is a mistake of the unit, not a question
+MASS_FACTOR = 10  # a simulated mass may lie this far outside of the range designed for
+
+
+@dataclass(frozen=True)
+class Contradiction:
+    """A value that another value of the case rules out."""
+
+    path: Path
+    sentence: str
+    remedy: str
+
+
+def contradictions(case: Case) -> Iterator[Contradiction]:
+    """Everything in a case that cannot hold together."""
+    gap, point = case.bearing.air_gap_m, case.operating_point
+    if point is not None and abs(point.position_m) >= gap:
+        yield Contradiction(
+            ("operating_point", "position_m"),
+            f"operating_point.position_m is {point.position_m:g} m, beyond the air gap of {gap:g} m",
+            "linearise inside of the gap",
+        )
+    masses = case.mass_kg if isinstance(case.mass_kg, list) else [case.mass_kg]
+    for index, scenario in enumerate(case.simulate or ()):
+        yield from _of_scenario(("simulate", str(index)), scenario, gap, masses)
+
+
+def _of_scenario(path: Path, scenario: Scenario, gap: float, masses: list[float]) -> Iterator[Contradiction]:
+    """What in a simulation contradicts the bearing or the masses."""
+    name = ".".join(path)
+    if scenario.step_m is not None and abs(scenario.step_m) > LARGEST_STEP_GAPS * gap:
+        yield Contradiction(
+            (*path, "step_m"),
+            f"{name}.step_m is {scenario.step_m:g} m, more than {LARGEST_STEP_GAPS} air gaps of {gap:g} m",
+            "the unit is m: 10 µm is 10.0e-6",
+        )
+    low, high = min(masses) / MASS_FACTOR, max(masses) * MASS_FACTOR
+    for index, mass in enumerate(scenario.masses_kg or ()):
+        if not low <= mass <= high:
+            yield Contradiction(
+                (*path, "masses_kg", str(index)),
+                f"{name}.masses_kg holds {mass:g} kg, far outside of mass_kg: it may lie in {low:g} to {high:g} kg",
+                "the unit is kg",
+            )
+    lightest = min(scenario.masses_kg or masses)
+    if scenario.rotor is not None and scenario.rotor.sensor_mass_kg >= lightest:
+        yield Contradiction(
+            (*path, "rotor", "sensor_mass_kg"),
+            f"{name}.rotor.sensor_mass_kg is {scenario.rotor.sensor_mass_kg:g} kg, all of the lightest rotor "
+            f"of {lightest:g} kg",
+            "it is a part of the rotor's mass",
+        )

@@ -1,0 +1,79 @@
+"""The synthesis methods a study may ask for, each with its options and their defaults."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, Field
+
+from magbear_cli.spec.section import NonNegative, Section, Tiny, fault
+
+
+def _not_all_zero(values: list[float]) -> list[float]:
+    """The values, unless they are all zero."""
+    if not any(values):
+        raise fault("E105", "must not be all zero", "give a positive number")
+    return values
+
+
+Pair = Annotated[list[NonNegative], Field(min_length=2, max_length=2), AfterValidator(_not_all_zero)]
+
+
+class MuConvex(Section):
+    """The best controller of any order by convex optimisation over all stabilising controllers."""
+
+    method: Literal["mu_convex"]
+    uncertainty: Literal["real", "complex"] = Field(
+        "real", description="Take the mass as real (exact) or as a complex perturbation (mu-synthesis)."
+    )
+    max_order: int = Field(12, ge=2, le=100, description="Largest number of controller states.")
+
+
+class FixedOrder(Section):
+    """The best controller of a given order by direct search on the exact worst case."""
+
+    method: Literal["fixed_order"]
+    order: int = Field(1, ge=1, le=6, description="Number of controller states.")
+
+
+class Hinf(Section):
+    """H-infinity mixed sensitivity by gamma iteration, at the nominal mass."""
+
+    method: Literal["hinf"]
+    gamma_tolerance: float = Field(1e-3, ge=1e-8, le=0.5, description="Relative width at which the iteration stops.")
+    form: Literal["mended", "as_printed"] = Field(
+        "mended", description="The generalised plant as derived, or with the slips of the thesis's appendix A.2."
+    )
+
+
+class Lqg(Section):
+    """Linear quadratic Gaussian design at the nominal mass (thesis section 2.3.1)."""
+
+    method: Literal["lqg"]
+    q: Pair = Field([1.0, 1e-5], description="Diagonal of the weight on position (m) and velocity (m/s), eq. 2.9.")
+    r: Tiny = Field(3e-9, description="Weight on the control current (A), eq. 2.10.")
+    xi: Tiny = Field(1.0, description="Intensity of the force disturbance (N).")
+    theta: Tiny = Field(1e-15, description="Intensity of the measurement noise (m).")
+
+
+class LqgLtr(Section):
+    """LQG with loop transfer recovery at the nominal mass (thesis section 2.3.3)."""
+
+    method: Literal["lqg_ltr"]
+    xi: Pair = Field([1e-7, 50.0], description="Diagonal of the filter's process noise on position and velocity.")
+    theta: Tiny = Field(8e-9, description="Intensity of the filter's measurement noise.")
+    q: Pair = Field([1e6, 1e-3], description="Diagonal of the recovery's weight on position and velocity.")
+    r: Tiny = Field(1e-10, description="Recovery's weight on the control current.")
+
+
+class Stored(Section):
+    """A controller that exists already, judged and simulated like the rest."""
+
+    method: Literal["stored"]
+    path: str = Field(min_length=1, max_length=4096, description="A results file, from the study's folder.")
+    case: str | None = Field(None, min_length=1, max_length=200, description="The case in it; null if it has one only.")
+
+
+METHODS: tuple[type[Section], ...] = (MuConvex, FixedOrder, Hinf, Lqg, LqgLtr, Stored)
+
+Controller = Annotated[MuConvex | FixedOrder | Hinf | Lqg | LqgLtr | Stored, Field(discriminator="method")]

@@ -1,0 +1,175 @@
+"""The study file as types: what a case is made of, and what stands around the cases."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, PlainValidator, WithJsonSchema
+
+from magbear_cli.spec.methods import METHODS, Controller
+from magbear_cli.spec.nodes import Path
+from magbear_cli.spec.scalars import number_hint
+from magbear_cli.spec.scenario import Disturbance, Prefilter, Rotor, Scenario, Sensor
+from magbear_cli.spec.section import Length, Omega, PartName, Section, fault
+from magbear_cli.spec.weights import WEIGHT_FORMS, Performance
+
+SMALLEST_KG, LARGEST_KG = 1e-6, 1e6
+FIGURES = ("mu", "sensitivity", "controller_gain", "step", "poles", "limitation")
+Figure = Literal["mu", "sensitivity", "controller_gain", "step", "poles", "limitation"]
+USUAL_FIGURES: list[Figure] = ["mu", "sensitivity", "controller_gain", "step"]
+
+
+class Bearing(Section):
+    """The electromagnets: force k0 (i0 + u)²/(z0 − z)² − k0 (i0 − u)²/(z0 + z)² (thesis eq. 2.1)."""
+
+    air_gap_m: Length = Field(description="Nominal air gap z0 (m).")
+    force_constant_n_m2_per_a2: float = Field(ge=1e-15, le=1.0, description="Electromagnetic constant k0 (N m²/A²).")
+    bias_current_a: float = Field(ge=1e-6, le=1e4, description="Bias current i0 (A).")
+    current_law: Literal["full", "half_switched"] = Field(
+        "full",
+        description="Coil currents i0 ± u (thesis eq. 2.1), or i0 ± u/2 with a coil off beyond 2 i0 (eq. 4.1).",
+    )
+
+
+class OperatingPoint(Section):
+    """Where the bearing is linearised."""
+
+    position_m: float = Field(0.0, ge=-0.1, le=0.1, description="Rotor position (m), smaller than the air gap.")
+    current_a: float = Field(0.0, ge=-1e4, le=1e4, description="Control current (A).")
+
+
+class Bandwidth(Section):
+    """The bound on the complementary sensitivity, W3 = s²/omega_c²."""
+
+    omega_c_rad_s: Omega = Field(description="Bandwidth limit (rad/s).")
+
+
+class Report(Section):
+    """What the report shows."""
+
+    figures: Annotated[list[Figure], Field(min_length=1)] = Field(
+        USUAL_FIGURES, description="Figures, in this order.", json_schema_extra={"uniqueItems": True}
+    )
+
+
+class Run(Section):
+    """Limits of one case; not part of its identity."""
+
+    timeout_s: float = Field(300.0, ge=0.1, le=1e7, description="A case that takes longer is stopped (s).")
+    memory_gib: float = Field(4.0, ge=1, le=4096, description="A case that takes more memory is stopped (GiB).")
+
+
+def _number(value: Any) -> bool:  # noqa: ANN401 - the file may hold anything
+    """Whether a value is a number that is not a truth value."""
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _mass(value: Any) -> float | list[float]:  # noqa: ANN401 - the file may hold anything
+    """A mass, or the two ends of its range."""
+    masses = value if isinstance(value, list) else [value]
+    for index, mass in enumerate(masses):
+        at = (str(index),) if isinstance(value, list) else ()
+        if not _number(mass):
+            hint = (number_hint(mass) if isinstance(mass, str) else "") or "the unit is kg"
+            raise fault("E104", "must be a number" if at else "must be a number or [low, high]", hint, at)
+        if not SMALLEST_KG <= mass <= LARGEST_KG:
+            what = "must be greater than 0" if mass <= 0 else f"must lie in {SMALLEST_KG:g} to {LARGEST_KG:g} kg"
+            raise fault("E105", what, "", at)
+    if not isinstance(value, list):
+        return float(value)
+    if len(masses) != 2:
+        raise fault(
+            "E104",
+            f"must be a number or [low, high], not a list of {len(masses)}",
+            "write two numbers, with decimal points",
+        )
+    low, high = masses
+    if low == high:
+        raise fault("E114", f"has two equal ends, {low:g}", f"write the number {low:g} for a mass that is known")
+    if low > high:
+        raise fault("E114", f"begins at {low:g} and ends at {high:g}", f"write [{high:g}, {low:g}]")
+    return [float(low), float(high)]
+
+
+_MASS_NUMBER = {"type": "number", "minimum": SMALLEST_KG, "maximum": LARGEST_KG}
+MassOrRange = Annotated[
+    Any,
+    PlainValidator(_mass),
+    WithJsonSchema({"anyOf": [_MASS_NUMBER, {"type": "array", "items": _MASS_NUMBER, "minItems": 2, "maxItems": 2}]}),
+]
+
+
+class Case(Section):
+    """One case: a bearing, a mass or a range of masses, two bounds, a controller and simulations."""
+
+    bearing: Annotated[Bearing, PartName("bearings")] = Field(description="The electromagnets, in place or by name.")
+    operating_point: OperatingPoint | None = Field(None, description="Where the bearing is linearised.")
+    mass_kg: MassOrRange = Field(description="Mass of the rotor (kg): a number, or the uncertain range [low, high].")
+    performance: Annotated[Performance, PartName("weights")] = Field(
+        description="W1, the bound on the sensitivity: dc_gain and corner_rad_s, num and den, or a name."
+    )
+    bandwidth: Bandwidth | None = Field(None, description="W3 = s²/omega_c²; null or left out for no limit.")
+    controller: Controller = Field(description="The synthesis method and its options.")
+    simulate: Annotated[list[Scenario], Field(min_length=1, max_length=100)] | None = Field(
+        None, description="Responses to simulate with the controller."
+    )
+
+
+class StudyFile(Case):
+    """A magbear study: a case, and lists of values for any of its keys."""
+
+    magbear: Literal[1] = Field(description="Format of this file.")
+    name: str = Field(
+        min_length=1,
+        max_length=80,
+        pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$",
+        description="Name of the study; files are named by it.",
+    )
+    description: str | None = Field(None, max_length=4000, description="What the study asks, for the report.")
+    sweep: dict[str, Annotated[list[Any], Field(min_length=1)]] | None = Field(
+        None, description="Any dotted key with a list of values; the cases are the product."
+    )
+    report: Report | None = Field(None, description="What the report shows.")
+    run: Run | None = Field(None, description="Limits of one case.")
+
+
+CASE_KEYS: tuple[str, ...] = tuple(Case.model_fields)
+
+SECTIONS: dict[Path, tuple[type[Section], ...]] = {
+    (): (StudyFile,),
+    ("bearing",): (Bearing,),
+    ("operating_point",): (OperatingPoint,),
+    ("performance",): tuple(WEIGHT_FORMS.values()),
+    ("bandwidth",): (Bandwidth,),
+    ("controller",): METHODS,
+    ("simulate", "*"): (Scenario,),
+    ("simulate", "*", "prefilter"): (Prefilter,),
+    ("simulate", "*", "sensor"): (Sensor,),
+    ("simulate", "*", "rotor"): (Rotor,),
+    ("simulate", "*", "disturbance"): (Disturbance,),
+    ("report",): (Report,),
+    ("run",): (Run,),
+}
+
+LISTS: dict[Path, int] = {  # keys that hold lists of scalars, whose entries may be named by index
+    ("mass_kg",): 2,
+    ("performance", "num"): 21,
+    ("performance", "den"): 21,
+    ("controller", "q"): 2,
+    ("controller", "xi"): 2,
+    ("simulate", "*", "masses_kg"): 100,
+    ("report", "figures"): 6,
+}
+
+PARTS: dict[Path, str] = {
+    ("bearing",): "bearings",
+    ("performance",): "weights",
+    ("simulate", "*", "prefilter"): "prefilters",
+    ("simulate", "*", "sensor"): "sensors",
+    ("simulate", "*", "rotor"): "rotors",
+}
+
+
+def pattern_of(path: Path) -> Path:
+    """The path with ``*`` for the indices of ``simulate``."""
+    return tuple("*" if index == 1 and path[0] == "simulate" else key for index, key in enumerate(path))
