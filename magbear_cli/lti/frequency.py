@@ -45,8 +45,8 @@ def frequency_response(system: StateSpace, omega_rad_s: ArrayLike) -> NDArray[np
     balanced = with_balanced_states(system)
     # Fast states first: reflections then mix small entries into large ones and not the other way round.
     fast_first = np.argsort(-np.abs(balanced.a).sum(axis=1), kind="stable")
-    a, q = hessenberg(balanced.a[np.ix_(fast_first, fast_first)], calc_q=True)
-    b, c = q.T @ balanced.b[fast_first], balanced.c[:, fast_first] @ q
+    upper, q = hessenberg(balanced.a[np.ix_(fast_first, fast_first)], calc_q=True)
+    a, b, c = np.asarray(upper, dtype=np.float64), q.T @ balanced.b[fast_first], balanced.c[:, fast_first] @ q
     chunk = max(1, ENTRIES_AT_ONCE // (system.order * (system.order + system.inputs)))
     for start in range(0, finite.size, chunk):
         index = finite[start : start + chunk]
