@@ -34,6 +34,9 @@ class FixedOrder(Section):
 
     method: Literal["fixed_order"]
     order: int = Field(1, ge=1, le=6, description="Number of controller states.")
+    uncertainty: Literal["real", "complex"] = Field(
+        "real", description="Minimise the exact worst case over the real mass, or peak mu with complex blocks."
+    )
 
 
 class Hinf(Section):

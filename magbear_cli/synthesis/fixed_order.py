@@ -1,0 +1,109 @@
+"""The best controller of a given low order: a first-order lead found on a grid, then descents, one lag at a time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from magbear_cli.errors import Status
+from magbear_cli.model.problem import ControlProblem
+from magbear_cli.model.robust_performance import worst_case_over_mass
+from magbear_cli.model.scaling import scale_problem
+from magbear_cli.synthesis.descent import Descended, Descent, Grids
+from magbear_cli.synthesis.design import Design
+from magbear_cli.synthesis.frequency_span import frequency_span, with_bandwidth
+from magbear_cli.synthesis.half_plane import (
+    complex_mu_level,
+    complex_mu_rows,
+    real_mass_level,
+    real_mass_rows,
+    widest_margin,
+)
+from magbear_cli.synthesis.lag_ratio import LagRatio
+
+
+@dataclass(frozen=True)
+class FixedOrderOptions:
+    """``order``: states of the controller; ``uncertainty``: the mass as the real number it is, or a complex block."""
+
+    order: int = 1
+    uncertainty: Literal["real", "complex"] = "real"
+
+
+def design_fixed_order(problem: ControlProblem, options: FixedOrderOptions) -> Design:
+    """The controller of this order with the least worst case (real mass) or the least peak mu (complex blocks).
+
+    The search is local, from several starts: what it reaches is an upper bound of the least level of this order.
+    """
+    scaled, scaling = scale_problem(with_bandwidth(problem))
+    best = search_order(scaled, options)
+    statistics = {"cone_programs": float(best.solves), "scaled_level": best.level}
+    sentence = ""
+    status = Status.OK
+    if best.level > 1.0:
+        status = Status.NOT_ACHIEVED
+        sentence = (
+            f"the best controller of order {options.order} found reaches {best.level:.4g}, above the level 1 asked for"
+        )
+    return Design(scaling.controller(best.controller.controller()), status, sentence, best.level, statistics)
+
+
+def search_order(scaled: ControlProblem, options: FixedOrderOptions) -> Descended[LagRatio]:
+    """Descend from a lead at order 1; at each further order from the best before it with one lag added."""
+    span = frequency_span(scaled)
+    grids = Grids(span.grid(70), span.grid(900, margin=1e4))
+    descent = ratio_descent(scaled, options.uncertainty)
+    best = descent.run(_best_lead(scaled), grids)
+    solves = best.solves
+    for _ in range(1, options.order):
+        lags = _new_lags(best.controller.poles, span.slow, 3.0 * span.fast)
+        trials = [descent.run(best.controller.with_lag(lag), grids) for lag in lags]
+        solves += sum(trial.solves for trial in trials)
+        best = min(trials, key=lambda trial: trial.level)
+    return Descended(best.controller, best.level, solves)
+
+
+def ratio_descent(scaled: ControlProblem, uncertainty: Literal["real", "complex"]) -> Descent[LagRatio]:
+    """The descent of K = X/Y on the worst case over the real mass, or on mu with complex blocks."""
+    level, rows = (real_mass_level, real_mass_rows) if uncertainty == "real" else (complex_mu_level, complex_mu_rows)
+
+    def measure(ratio: LagRatio, omega: NDArray[np.float64]) -> NDArray[np.float64]:
+        return level(scaled, ratio.response(omega), omega)
+
+    def propose(ratio: LagRatio, omega: NDArray[np.float64], target: float) -> tuple[LagRatio, float]:
+        return widest_margin(rows(scaled, ratio, omega, target), ratio)
+
+    return Descent(measure, propose)
+
+
+def _new_lags(present: NDArray[np.float64], slow: float, fast: float) -> list[float]:
+    """Lags spread over the span, none on top of one that is there."""
+    candidates = np.geomspace(slow, fast, 4)
+    distance = np.abs(np.log(candidates[:, None] / present[None, :])).min(axis=1)
+    return [float(pole) for pole, gap in zip(candidates, distance, strict=True) if gap > 0.1]
+
+
+def _best_lead(scaled: ControlProblem) -> LagRatio:
+    """K = −k (1 + s/z)/(1 + s/p) with the least worst case on a grid of (k, z, p) that is stable for every mass."""
+    span = frequency_span(scaled)
+    gain = np.geomspace(1.2, 0.5 * max(span.fast**2, 10.0), 32)
+    zero = np.geomspace(0.1 * min(1.0, span.slow), span.fast, 14)
+    spread = np.geomspace(1.5, 3e3, 14)
+    k, z, ratio = (axis.ravel() for axis in np.meshgrid(gain, zero, spread, indexing="ij"))
+    p = z * ratio
+    # Routh: (m s² − 1)(1 + s/p) + k (1 + s/z) is stable for k > 1 and k/z − 1/p > (k − 1)/p, whatever the mass.
+    stable = k / z > k / p
+    k, z, p = k[stable], z[stable], p[stable]
+    omega = span.grid(36, margin=10.0)
+    worst = np.zeros(k.size)
+    for point in omega:
+        at = np.full(k.size, point)
+        response = -k * (1 + 1j * point / z) / (1 + 1j * point / p) if np.isfinite(point) else -k * p / z + 0j
+        worst = np.maximum(worst, worst_case_over_mass(scaled, np.asarray(response), at)[0])
+    best = int(np.argmin(worst))
+    k_best, z_best, p_best = k[best], z[best], p[best]
+    x = -k_best * np.array([p_best / z_best, 1.0 - p_best / z_best])
+    return LagRatio(np.array([p_best]), x, np.array([1.0, 0.0]))

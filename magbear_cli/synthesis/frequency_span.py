@@ -1,0 +1,44 @@
+"""Which frequencies a synthesis of the scaled problem looks at, and how fast its basis may be."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from magbear_cli.model.problem import ControlProblem
+
+# Without a bandwidth limit more gain always helps; the design then rolls off as if omega_c were this many times the
+# fastest of the unstable pole and W1's poles, and is judged without that limit.
+UNLIMITED_BANDWIDTH = 300.0
+
+
+@dataclass(frozen=True)
+class FrequencySpan:
+    """The slowest and the fastest frequency that shape the problem, in its own units."""
+
+    slow: float
+    fast: float
+
+    def grid(self, points: int, *, margin: float = 100.0) -> NDArray[np.float64]:
+        """0, a logarithmic grid that reaches beyond both ends by the margin, and ∞."""
+        inner = np.geomspace(self.slow / margin, self.fast * margin, points)
+        return np.concatenate([[0.0], inner, [np.inf]])
+
+
+def with_bandwidth(problem: ControlProblem) -> ControlProblem:
+    """The problem itself, or with a wide bandwidth limit where it has none, so that the least level exists."""
+    if problem.omega_c_rad_s is not None:
+        return problem
+    corners = np.abs(problem.performance.poles_rad_s)
+    fastest = max(problem.natural_rad_s, float(corners.max(initial=0.0)))
+    return replace(problem, omega_c_rad_s=UNLIMITED_BANDWIDTH * fastest)
+
+
+def frequency_span(problem: ControlProblem) -> FrequencySpan:
+    """From W1's corner or the unstable pole to the bandwidth limit."""
+    marks = np.abs(np.concatenate([problem.performance.poles_rad_s, [problem.natural_rad_s]]))
+    marks = marks[marks > 0]
+    fast = max(problem.omega_c_rad_s or 0.0, float(marks.max()))
+    return FrequencySpan(float(marks.min()), fast)
