@@ -21,6 +21,7 @@ from magbear_cli.spec.problems import Faults, quoted
 from magbear_cli.spec.sentences import EXAMPLES, note_errors
 
 LARGEST_COUNT: Final = 100_000
+MOST_AXES: Final = 50
 EAGER_COUNT: Final = 2_000  # so many cases are checked when a study is read; the rest when they are reached
 
 
@@ -46,6 +47,10 @@ def read_axes(sweep: Node | None, faults: Faults) -> tuple[Axis, ...]:
         faults.add(
             sweep.mark, "E104", "sweep must be a mapping of dotted keys", f"write for example {EXAMPLES['sweep']}"
         )
+        return ()
+    if len(sweep.value) > MOST_AXES:
+        sentence = f"sweep has {len(sweep.value)} keys; it may have {MOST_AXES}"
+        faults.add(sweep.place, "E116", sentence, "make several studies")
         return ()
     return tuple(
         Axis(key, node.value, node)

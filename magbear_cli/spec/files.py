@@ -104,13 +104,13 @@ def decode(data: bytes, name: str, faults: Faults) -> str | None:
     return clean(text, name, faults)
 
 
-def clean(text: str, name: str, faults: Faults) -> str | None:
+def clean(text: str, name: str, faults: Faults, everywhere: Mark | None = None) -> str | None:
     """The text without a byte order mark; None when it holds characters that no text holds."""
     text = text.removeprefix("\ufeff")
     found = _FORBIDDEN.search(text)
     if found:
         what = "a NUL character" if found.group() == "\0" else f"the character U+{ord(found.group()):04X}"
-        faults.add(place_of(text, found.start(), name), "E111", f"{what} does not belong into a text", "remove it")
+        faults.add(everywhere or place_of(text, found.start(), name), "E111", f"{what} does not belong into a text", "remove it")
         return None
     return text
 

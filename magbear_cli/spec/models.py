@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, PlainValidator, WithJsonSchema
+from pydantic import BeforeValidator, Field, PlainValidator, WithJsonSchema
 
 from magbear_cli.spec.methods import METHODS, Controller
 from magbear_cli.spec.nodes import Path
@@ -115,10 +115,17 @@ class Case(Section):
     )
 
 
+def _format(value: Any) -> Any:  # noqa: ANN401 - the file may hold anything
+    """The number of the format; 1 is equal to 1.0 and true, but these are not it."""
+    if type(value) is not int or value != 1:
+        raise fault("E112", "must be 1, the format that this release reads", "write magbear: 1")
+    return value
+
+
 class StudyFile(Case):
     """A magbear study: a case, and lists of values for any of its keys."""
 
-    magbear: Literal[1] = Field(description="Format of this file.")
+    magbear: Annotated[Literal[1], BeforeValidator(_format)] = Field(description="Format of this file.")
     name: str = Field(
         min_length=1,
         max_length=80,
@@ -134,6 +141,7 @@ class StudyFile(Case):
 
 
 CASE_KEYS: tuple[str, ...] = tuple(Case.model_fields)
+FRAME_KEYS: tuple[str, ...] = tuple(key for key in StudyFile.model_fields if key not in CASE_KEYS)
 
 SECTIONS: dict[Path, tuple[type[Section], ...]] = {
     (): (StudyFile,),

@@ -65,8 +65,8 @@ class Shelf:
 
     def _part(self, kind: str, name: str, node: Node) -> Node:
         """Read a part; noted and refused when there is none."""
-        path = self._path(kind, name, node)
         before = len(self.faults)
+        path = self._path(kind, name, node)
         text = None if path is None else read_text(path, self.faults)
         root = None if text is None else read_nodes(text, str(path), self.faults)
         if root is not None and isinstance(root.value, dict) and len(self.faults) == before:

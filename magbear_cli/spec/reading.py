@@ -18,6 +18,7 @@ from magbear_cli.spec.problems import Faults, quoted
 from magbear_cli.spec.scalars import ScalarError, plain_scalar
 
 DEEPEST: Final = 50
+MOST_VALUES: Final = 120_000  # about five seconds of reading; a sweep of 100 000 cases needs fewer
 
 
 class _StopReading(Exception):  # noqa: N818 - it ends the reading, it is not an error of its own
@@ -29,7 +30,7 @@ def read_nodes(text: str, name: str, faults: Faults, everywhere: Mark | None = N
 
     ``everywhere`` replaces every place, for a text that stands in no file.
     """
-    checked = clean(text, name, faults)
+    checked = clean(text, name, faults, everywhere)
     if checked is None:
         return None
     reader = _Reader(checked, name, faults, everywhere)
@@ -54,6 +55,7 @@ class _Reader:
     everywhere: Mark | None
     lines: list[str] = field(init=False)
     loader: Any = field(init=False)
+    values: int = 0
 
     def __post_init__(self) -> None:
         """Split the lines and open the parser."""
@@ -77,6 +79,10 @@ class _Reader:
         """The next node, with everything in it."""
         event = self.loader.get_event()
         mark = self.mark(event)
+        self.values += 1
+        if self.values > MOST_VALUES:
+            self.fault(mark, "E110", f"the file holds more than {MOST_VALUES} values", "make several studies of it")
+            raise _StopReading
         if isinstance(event, yaml.AliasEvent):
             self.fault(mark, "E108", f"the alias '*{event.anchor}' is not allowed", "write the value out")
             return Node(REFUSED, mark, key_mark)

@@ -103,6 +103,7 @@ def is_number(text: str) -> bool:
 
 _DIGITS = r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
 _HINTS: Final[tuple[tuple[re.Pattern[str], Callable[[re.Match[str]], str]], ...]] = (
+    (re.compile(r"0b[01]+"), lambda m: f"write {int(m[0], 2)}"),
     (re.compile(r"([-+]?[0-9]+),([0-9]+(?:[eE][-+]?[0-9]+)?)"), lambda m: f"write a decimal point: {m[1]}.{m[2]}"),
     (
         re.compile(rf"({_DIGITS})[\s\u00a0]*([A-Za-zµμΩ°%][\w/²³^*.·-]*)"),
@@ -121,5 +122,4 @@ _HINTS: Final[tuple[tuple[re.Pattern[str], Callable[[re.Match[str]], str]], ...]
         lambda m: f"write it without separators: {m[0].replace('_', '')}",
     ),
     (re.compile(r"[0-9]+:[0-9]{2}(?::[0-9]{2})?"), lambda _: "write seconds as one number"),
-    (re.compile(r"0b[01]+"), lambda m: f"write {int(m[0], 2)}"),
 )

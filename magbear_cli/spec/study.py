@@ -11,7 +11,7 @@ from pydantic import ValidationError
 
 from magbear_cli.spec.cases import LARGEST_COUNT, Plan, read_axes
 from magbear_cli.spec.files import STDIN_NAME, read_text
-from magbear_cli.spec.models import CASE_KEYS, Report, Run, StudyFile
+from magbear_cli.spec.models import FRAME_KEYS, Report, Run, StudyFile
 from magbear_cli.spec.nodes import Mark, Node, PathError, assign, child_of, descendant, plain
 from magbear_cli.spec.overrides import apply_override, parse_override
 from magbear_cli.spec.parts import Shelf
@@ -123,7 +123,7 @@ def read_study_text(text: str, source: str, overrides: Sequence[str] = (), folde
         faults.stop()
         raise RuntimeError("a study was refused without a reason")
     axes = read_axes(child_of(root, "sweep"), faults)
-    plan = Plan(_pick(root, CASE_KEYS), axes, shelf)
+    plan = Plan(_without(root, FRAME_KEYS), axes, shelf)
     if plan.count > LARGEST_COUNT:
         place = (child_of(root, "sweep") or root).place
         sentence = f"the sweeps make {plan.count} cases; a study may have {LARGEST_COUNT}"
@@ -163,16 +163,15 @@ def _read_root(text: str, source: str, faults: Faults) -> Node | None:
     return None
 
 
-def _pick(root: Node, keys: Sequence[str]) -> Node:
-    """The mapping with some of its keys only."""
+def _without(root: Node, keys: Sequence[str]) -> Node:
+    """The mapping without some of its keys."""
     value = root.value if isinstance(root.value, dict) else {}
-    return replace(root, value={key: child for key, child in value.items() if key in keys})
+    return replace(root, value={key: child for key, child in value.items() if key not in keys})
 
 
 def _validate_frame(root: Node, plan: Plan, faults: Faults) -> StudyFile | None:
     """The study as written, with the first value of every swept key it leaves out; None when it is not legal."""
-    value = root.value if isinstance(root.value, dict) else {}
-    frame = _pick(root, [key for key in value if key != "sweep"])
+    frame = _without(root, ["sweep"])
     for axis in sorted(plan.axes, key=lambda axis: len(axis.path)):
         if descendant(frame, axis.path) is None:
             try:
