@@ -1,0 +1,96 @@
+"""Conversions there and back, and against closed forms."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from magbear_cli.errors import NumericsError
+from magbear_cli.lti.conversion import (
+    from_transfer_function,
+    from_zeros_poles_gain,
+    transfer_function,
+    zeros_poles_gain,
+)
+from magbear_cli.lti.frequency import frequency_response
+from magbear_cli.lti.state_space import StateSpace
+
+speeds = st.floats(-3.0, 5.0).map(lambda exponent: -(10.0**exponent))
+
+
+@settings(deadline=None, max_examples=40)
+@given(st.lists(speeds, max_size=6), st.lists(speeds, max_size=6), st.floats(0.1, 10.0))
+def test_zeros_poles_gain_come_back(zeros: list[float], poles: list[float], gain: float) -> None:
+    """A chain of sections has the response that its zeros, poles and gain say."""
+    zeros = zeros[: len(poles)]
+    system = from_zeros_poles_gain(zeros, poles, gain)
+    assert system.order == len(poles)
+    s = 1j * np.geomspace(1e-4, 1e6, 21)[:, None]
+    expected = gain * np.prod(s - np.array(zeros), axis=1) / np.prod(s - np.array(poles), axis=1)
+    np.testing.assert_allclose(
+        frequency_response(system, s[:, 0].imag)[:, 0, 0], expected, rtol=1e-9, atol=1e-12 * gain
+    )
+
+
+def test_complex_roots_share_out() -> None:
+    """Complex zeros find a second-order section among real poles, and the gain comes back."""
+    zeros, poles = [-1 + 5j, -1 - 5j, -300.0], [-2.0, -40.0, -50.0, -1e4]
+    system = from_zeros_poles_gain(zeros, poles, -7.0)
+    found_zeros, found_poles, gain = zeros_poles_gain(system)
+    np.testing.assert_allclose(found_zeros, np.sort_complex(np.array(zeros)), rtol=1e-9)
+    np.testing.assert_allclose(found_poles, np.sort_complex(np.array(poles, complex)), rtol=1e-9)
+    assert gain == pytest.approx(-7.0, rel=1e-9)
+
+
+def test_the_bearing_has_no_zeros() -> None:
+    """k_i/(m s² − k_z) has two real poles, no zeros and the gain k_i/m."""
+    zeros, poles, gain = zeros_poles_gain(from_transfer_function([50.0], [2.0, 0.0, -62500.0]))
+    assert zeros.size == 0
+    np.testing.assert_allclose(poles, [-np.sqrt(31250.0), np.sqrt(31250.0)])
+    assert gain == pytest.approx(25.0, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("num", "den"),
+    [
+        ([2000.0], [1.0, 200.0]),
+        ([360000.0], [1.0, 400.0, 40000.0]),
+        ([1.0, 3.0, 2.0], [1.0, 12.0, 47.0, 60.0]),
+        ([5.0, 1.0], [1.0, 2.0]),
+        ([3.0], [2.0]),
+        ([0.0, 0.0, 4.0], [1.0, 1.0]),
+        ([1.6e7], [1.0, 560.0, 1.6e7]),
+    ],
+)
+def test_transfer_function_comes_back(num: list[float], den: list[float]) -> None:
+    """num/den to state space and back is num/den with a monic denominator."""
+    found_num, found_den = transfer_function(from_transfer_function(num, den))
+    np.testing.assert_allclose(found_den, np.array(den) / den[0], rtol=1e-9)
+    np.testing.assert_allclose(found_num, np.trim_zeros(num, "f") / np.array(den[0]), rtol=1e-9)
+
+
+def test_a_system_that_does_nothing() -> None:
+    """A zero system has no zeros and the gain zero."""
+    zeros, _, gain = zeros_poles_gain(StateSpace.of([[-1.0]], [[0.0]], [[1.0]], [[0.0]]))
+    assert zeros.size == 0
+    assert gain == 0.0
+    num, _ = transfer_function(from_transfer_function([0.0], [1.0, 1.0]))
+    assert not num.any()
+
+
+def test_refuses_what_is_no_transfer_function() -> None:
+    """Improper, infinite, empty and unpaired data are refused with a sentence."""
+    with pytest.raises(NumericsError, match="improper"):
+        from_transfer_function([1.0, 0.0, 0.0], [1.0, 1.0])
+    with pytest.raises(NumericsError, match="denominator is zero"):
+        from_transfer_function([1.0], [0.0])
+    with pytest.raises(NumericsError, match="finite"):
+        from_transfer_function([np.nan], [1.0, 1.0])
+    with pytest.raises(NumericsError, match="no more zeros"):
+        from_zeros_poles_gain([-1.0, -2.0], [-3.0], 1.0)
+    with pytest.raises(NumericsError, match="conjugate"):
+        from_zeros_poles_gain([], [-1 + 1j, -2.0], 1.0)
+    with pytest.raises(NumericsError, match="one input and one output"):
+        zeros_poles_gain(StateSpace.gain([[1.0, 2.0]]))
