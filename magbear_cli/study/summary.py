@@ -12,8 +12,6 @@ from collections.abc import Iterable
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any
 
-from magbear_cli.errors import Status
-
 if TYPE_CHECKING:
     from magbear_cli.study.outcome import CaseOutcome, StepOutcome, StudyResults
 
@@ -44,7 +42,7 @@ def case_document(outcome: CaseOutcome, study: str = "study.yaml") -> dict[str, 
         "mass_kg": outcome.mass_kg,
         "omega_c_rad_s": outcome.omega_c_rad_s,
         **_figures(summary, FIRST_FIGURES),
-        "verified": bool(summary.verified) and outcome.status is Status.OK,
+        "verified": bool(summary.verified),
         "sentence": outcome.sentence,
         "steps": [step_document(step) for step in outcome.steps],
         "index": outcome.index,

@@ -1,0 +1,58 @@
+"""A lock that one run holds on its directory and that the kernel releases, however the run ends."""
+
+from __future__ import annotations
+
+import errno
+import fcntl
+import json
+import os
+import socket
+from pathlib import Path
+
+from magbear_cli.errors import ResumableError
+from magbear_cli.store.durable import told_as_sentence
+
+LOCK_NAME = ".lock"
+
+
+class DirectoryLock:
+    """The lock of a directory, held until ``release``; the file stays, only its lock matters."""
+
+    def __init__(self, folder: Path) -> None:
+        """Take the lock at once or say who holds it.
+
+        Raises
+        ------
+        ResumableError
+            when another process holds it, or the file system cannot lock.
+        """
+        self._path = folder / LOCK_NAME
+        with told_as_sentence(self._path, 0):
+            self._descriptor = os.open(self._path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+        try:
+            fcntl.flock(self._descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            holder = _holder(self._descriptor)
+            os.close(self._descriptor)
+            if error.errno in {errno.EAGAIN, errno.EACCES}:
+                sentence = f"{folder} is in use by another run ({holder}); wait for it or choose another --output"
+            else:
+                sentence = f"{folder} is on a file system that cannot lock ({error.strerror}); choose another --output"
+            raise ResumableError(sentence) from error
+        with told_as_sentence(self._path, 0):
+            os.ftruncate(self._descriptor, 0)
+            os.pwrite(self._descriptor, json.dumps({"pid": os.getpid(), "host": socket.gethostname()}).encode(), 0)
+
+    def release(self) -> None:
+        """Let go of the lock; twice is as good as once."""
+        if self._descriptor >= 0:
+            os.close(self._descriptor)
+            self._descriptor = -1
+
+
+def _holder(descriptor: int) -> str:
+    try:
+        noted = json.loads(os.pread(descriptor, 4096, 0))
+        return f"process {noted['pid']} on {noted['host']}"
+    except (OSError, ValueError, KeyError, TypeError):
+        return "which has not yet said who it is"

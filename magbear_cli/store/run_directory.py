@@ -1,0 +1,216 @@
+"""The directory of a run: the study as given, a shard a finished case, a lock, a log, and what is made of them.
+
+::
+
+    DIR/.lock                                    held while a run works here
+    DIR/study.yaml                               the study as given
+    DIR/cases/ab/abcdef0123456789.<digest>.h5    one finished case
+    DIR/log.jsonl                                times, hosts, attempts: everything that changes from run to run
+    DIR/results.h5                               all cases, written when the run ends
+    DIR/report/index.html                        the report
+
+Running again computes what is missing: cases never finished, cases that ended without an answer (``timeout``,
+``crashed``, ``failed``: stored for the report, and tried again), damaged shards, and cases of another toolchain.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import shutil
+import socket
+import time
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+from magbear_cli.errors import ResumableError
+from magbear_cli.store.durable import AGAIN, MEGABYTE, make_directory, told_as_sentence, write_durably
+from magbear_cli.store.lock import DirectoryLock
+from magbear_cli.store.shards import DamagedShardError, ShardHead, read_head, read_shard, take_inventory, write_shard
+from magbear_cli.store.toolchain import Toolchain, provenance, this_toolchain
+from magbear_cli.study.outcome import CaseOutcome, StudyResults
+from magbear_cli.study.plan import Case
+
+CASE_ESTIMATE_BYTES = 500_000  # 400 frequencies, 3 masses and 3 steps of 1001 samples take 290 kB
+COPIES = 2  # shards and results
+
+
+class RunDirectory:
+    """A run's directory, locked for this process; a context manager.
+
+    ``notes`` are sentences about what was found and not used, for the user.
+    """
+
+    def __init__(self, path: Path, study_text: str, toolchain: Toolchain | None = None) -> None:
+        """Make or take over the directory, lock it, and keep the study as given.
+
+        Raises
+        ------
+        ResumableError
+            when another run holds the directory or the system refuses.
+        """
+        self.path = path
+        self.toolchain = this_toolchain() if toolchain is None else toolchain
+        self.notes: list[str] = []
+        self._text = study_text
+        self._cases = path / "cases"
+        make_directory(path)
+        self._lock = DirectoryLock(path)
+        try:
+            self._settle()
+        except BaseException:
+            self._lock.release()
+            raise
+
+    @property
+    def results_path(self) -> Path:
+        """Where the results file belongs."""
+        return self.path / "results.h5"
+
+    @property
+    def report_path(self) -> Path:
+        """Where the report's page belongs."""
+        return self.path / "report" / "index.html"
+
+    @property
+    def log_path(self) -> Path:
+        """Where the log is."""
+        return self.path / "log.jsonl"
+
+    def __enter__(self) -> Self:
+        """Give the directory."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Let another run take it."""
+        self._lock.release()
+
+    def missing(self, cases: Sequence[Case]) -> tuple[Case, ...]:
+        """The cases that must be computed; sentences on the others that cannot be used go to ``notes``."""
+        reasons: Counter[str] = Counter()
+        kept = {case.id: self._is_answered(case, reasons) for case in {case.id: case for case in cases}.values()}
+        self.notes += [
+            f"{reason} ({count} case{'s' if count > 1 else ''})" for reason, count in sorted(reasons.items())
+        ]
+        return tuple(case for case in cases if not kept[case.id])
+
+    def reserve(self, cases: int) -> None:
+        """Make sure that so many more cases fit onto the disk.
+
+        Raises
+        ------
+        ResumableError
+            with the space that is needed, when they do not.
+        """
+        needed = cases * COPIES * self._bytes_per_case()
+        with told_as_sentence(self.path, 0):
+            free = shutil.disk_usage(self.path).free
+        if needed > free:
+            has = f"{needed / MEGABYTE:.3g} MB are needed for {cases} cases and {free / MEGABYTE:.3g} MB are free"
+            raise ResumableError(f"{self.path}: {has}; make room and {AGAIN}")
+
+    def keep(self, outcome: CaseOutcome) -> None:
+        """Store a finished case for good; when this returns, nothing takes it back.
+
+        Raises
+        ------
+        ResumableError
+            when the system refuses; what was kept before is not touched.
+        """
+        self._inventory[outcome.case_id] = (write_shard(self._cases, outcome, self.toolchain),)
+
+    def outcomes(self, cases: Iterable[Case]) -> tuple[CaseOutcome, ...]:
+        """What is stored of these cases by this toolchain, answers and failures, in their order.
+
+        Raises
+        ------
+        ResumableError
+            when a shard cannot be read although its name proves its content.
+        """
+        found = ((case, self._chosen(case, Counter())) for case in cases)
+        try:
+            return tuple(read_shard(chosen[0], case) for case, chosen in found if chosen)
+        except DamagedShardError as error:
+            raise ResumableError(f"{self._cases}: {error}; delete it and {AGAIN}") from error
+
+    def gather(self, cases: Iterable[Case], name: str, report: Mapping[str, Any]) -> StudyResults:
+        """The study's results as far as it was computed, with their origin."""
+        return StudyResults(name, self._text, self.outcomes(cases), report, provenance(self.toolchain))
+
+    def log(self, event: str, **facts: object) -> None:
+        """Add a line to the log, with the time and the host.
+
+        Raises
+        ------
+        ResumableError
+            when the system refuses.
+        """
+        line = json.dumps({"time": time.time(), "host": socket.gethostname(), "event": event, **facts}, default=str)
+        content = (line + "\n").encode("ascii")
+        with told_as_sentence(self.log_path, len(content)):
+            descriptor = os.open(self.log_path, os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC, 0o666)
+            try:
+                if (size := os.fstat(descriptor).st_size) and os.pread(descriptor, 1, size - 1) != b"\n":
+                    content = b"\n" + content  # the last writer was killed within a line
+                os.write(descriptor, content)
+            finally:
+                os.close(descriptor)
+
+    def _settle(self) -> None:
+        """Keep the study, see what is there, clear away what killed writers left."""
+        study_path = self.path / "study.yaml"
+        content = self._text.encode("utf-8", "surrogateescape")
+        if not study_path.is_file() or study_path.read_bytes() != content:
+            write_durably(study_path, content)
+        make_directory(self._cases)
+        inventory = take_inventory(self._cases)
+        self._inventory = dict(inventory.paths)
+        for leftover in (*inventory.leftovers, *self.path.glob(".tmp-*")):
+            with contextlib.suppress(OSError):
+                leftover.unlink()
+        if inventory.leftovers:
+            self.notes.append(f"removed {len(inventory.leftovers)} unfinished files of a run that was killed")
+        if inventory.foreign:
+            self.notes.append(f"left alone {len(inventory.foreign)} files in {self._cases} that are not magbear's")
+
+    def _is_answered(self, case: Case, reasons: Counter[str]) -> bool:
+        chosen = self._chosen(case, reasons)
+        if chosen is None:
+            return False
+        status = chosen[1].status
+        if not status.is_answer:
+            reasons[f"ended as {status.value} before, will be tried again"] += 1
+        return status.is_answer
+
+    def _chosen(self, case: Case, reasons: Counter[str]) -> tuple[Path, ShardHead] | None:
+        """The shard of a case by this toolchain: an answer if there is one, else a failure, else None."""
+        failure, excuses = None, []
+        for path in self._inventory.get(case.id, ()):
+            try:
+                head = read_head(path)
+            except DamagedShardError:
+                excuses.append("stored and damaged, will be computed again")
+                continue
+            if head.toolchain.fingerprint != self.toolchain.fingerprint:
+                change = self.toolchain.differences(head.toolchain)
+                excuses.append(f"computed by another toolchain ({change}), will be computed again")
+            elif head.status.is_answer:
+                return path, head
+            else:
+                failure = path, head
+        if failure is None:
+            reasons.update(excuses[:1])
+        return failure
+
+    def _bytes_per_case(self) -> int:
+        """The size of a stored case here, or an estimate before there is one."""
+        for paths in self._inventory.values():
+            with contextlib.suppress(OSError):
+                return max(path.stat().st_size for path in paths)
+        return CASE_ESTIMATE_BYTES
