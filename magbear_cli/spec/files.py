@@ -110,7 +110,12 @@ def clean(text: str, name: str, faults: Faults, everywhere: Mark | None = None) 
     found = _FORBIDDEN.search(text)
     if found:
         what = "a NUL character" if found.group() == "\0" else f"the character U+{ord(found.group()):04X}"
-        faults.add(everywhere or place_of(text, found.start(), name), "E111", f"{what} does not belong into a text", "remove it")
+        faults.add(
+            everywhere or place_of(text, found.start(), name),
+            "E111",
+            f"{what} does not belong into a text",
+            "remove it",
+        )
         return None
     return text
 

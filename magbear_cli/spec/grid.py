@@ -17,6 +17,7 @@ from magbear_cli.spec.parts import Shelf
 from magbear_cli.spec.problems import Faults, did_you_mean, quoted
 from magbear_cli.spec.reading import read_nodes
 from magbear_cli.spec.scalars import ScalarError, number_hint, plain_scalar
+from magbear_cli.spec.sentences import EXAMPLES
 from magbear_cli.spec.writing import written
 
 _HEADER: Final = "# Compiled by magbear sweep from its command line; run it again with magbear run.\n"
@@ -176,6 +177,11 @@ def _base_document(base: str, folder: Path | None) -> dict[str, Any]:
     faults.stop()
     if root is None or not isinstance(root.value, dict):
         raise InputError("the base study is not a mapping of keys: begin it with 'magbear: 1'")
+    sweep = root.value.get("sweep")
+    if sweep is not None and not (sweep.value is None or isinstance(sweep.value, dict)):
+        faults.add(
+            sweep.mark, "E104", "sweep must be a mapping of dotted keys", f"write for example {EXAMPLES['sweep']}"
+        )
     shelf = Shelf(folder, faults)
     for pattern, kind in PARTS.items():
         root = rewrite(root, pattern, lambda node, kind=kind: _inlined(shelf, kind, node))  # type: ignore[misc]

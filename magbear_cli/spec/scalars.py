@@ -77,6 +77,8 @@ def _float(text: str, shown: str | None = None) -> float:
 def number_hint(text: str) -> str:
     """What to write instead of a text that was probably meant as a number; empty when there is no telling."""
     stripped = text.strip()
+    if stripped == text and is_number(text):
+        return f"remove the quotes: {text}"
     for pattern, hint in _HINTS:
         found = pattern.fullmatch(stripped)
         if found:
@@ -87,8 +89,6 @@ def number_hint(text: str) -> str:
         return "remove the characters that are not part of a number"
     if stripped.casefold() in {"nan", "inf", "-inf", "+inf", "infinity", "-infinity", "none"}:
         return "give a finite number, or leave the key out"
-    if is_number(stripped):
-        return f"remove the quotes: {stripped}"
     return ""
 
 
