@@ -311,7 +311,8 @@ def _keep_better(stack: Complexes, rows: Indices, trial: Complexes, lower: Float
 def _turned(stack: Complexes, delta: Complexes) -> tuple[Floats, Complexes]:
     """Spectral radius of M Δ, and Δ turned so that the eigenvalue of that modulus is real and positive."""
     eigenvalues = np.linalg.eigvals(stack * delta[:, None, :])
-    largest = np.take_along_axis(eigenvalues, np.abs(eigenvalues).argmax(axis=1)[:, None], axis=1)
+    widest = np.abs(eigenvalues).argmax(axis=1)
+    largest: Complexes = eigenvalues[np.arange(widest.size), widest].astype(complex)[:, None]
     return np.abs(largest[:, 0]), delta * _unit(largest).conj()
 
 

@@ -1,0 +1,80 @@
+"""The loop over frequency for a family of masses: K, S, T and K S."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from magbear_cli.analysis.supremum import supremum
+from magbear_cli.errors import NumericsError
+from magbear_cli.lti.frequency import frequency_response
+from magbear_cli.lti.state_space import StateSpace
+from magbear_cli.model.problem import ControlProblem
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, eq=False)
+class LoopFunctions:
+    """S = 1/(1 − K G), T = −K G S and K S, for masses (rows) and frequencies (columns)."""
+
+    omega_rad_s: Floats  # (w,)
+    masses_kg: Floats  # (k,)
+    sensitivity: Complexes  # (k, w)
+    complementary_sensitivity: Complexes  # (k, w)
+    control_sensitivity_a_per_m: Complexes  # (k, w)
+    controller_a_per_m: Complexes  # (w,)
+
+
+def controller_response(controller: StateSpace, omega_rad_s: Floats) -> Complexes:
+    """K(jω) in A/m, of shape (w,).
+
+    Raises
+    ------
+    NumericsError
+        when the controller does not map one measurement to one current.
+    """
+    if (controller.inputs, controller.outputs) != (1, 1):
+        raise NumericsError(
+            f"the loop needs a controller of one input and one output, not {controller.inputs} and {controller.outputs}"
+        )
+    return np.asarray(frequency_response(controller, np.asarray(omega_rad_s, dtype=float))[:, 0, 0], dtype=complex)
+
+
+def loop_functions(
+    problem: ControlProblem, controller: StateSpace, omega_rad_s: Floats, masses_kg: ArrayLike
+) -> LoopFunctions:
+    """K, S, T and K S of every mass at every frequency.
+
+    Notes
+    -----
+    S is formed as (m ω² + k_z)/(m ω² + k_z + k_i K), which is exact at the ends where 1 − K G would cancel.
+    """
+    response = controller_response(controller, omega_rad_s)
+    masses = np.atleast_1d(np.asarray(masses_kg, dtype=float))
+    stiffness = masses[:, None] * omega_rad_s**2 + problem.negative_stiffness_n_per_m
+    force = problem.current_stiffness_n_per_a * response
+    closed = stiffness + force
+    sensitivity = stiffness / closed
+    return LoopFunctions(omega_rad_s, masses, sensitivity, force / closed, response * sensitivity, response)
+
+
+def peak_controller_gain(controller: StateSpace, omega_rad_s: Floats) -> tuple[float, float]:
+    """The supremum of |K| over frequency in A/m, and its frequency in rad/s."""
+    return supremum(
+        lambda omega: np.abs(controller_response(controller, omega)), omega_rad_s, abs(float(controller.d[0, 0]))
+    )
+
+
+def peak_control_sensitivity(
+    problem: ControlProblem, controller: StateSpace, omega_rad_s: Floats, mass_kg: float
+) -> tuple[float, float]:
+    """The supremum of |K S| over frequency in A/m for one mass, and its frequency in rad/s."""
+    quantity: Callable[[Floats], Floats] = lambda omega: np.abs(  # noqa: E731 - one expression, used once
+        loop_functions(problem, controller, omega, mass_kg).control_sensitivity_a_per_m[0]
+    )
+    return supremum(quantity, omega_rad_s, abs(float(controller.d[0, 0])))

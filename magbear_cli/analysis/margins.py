@@ -1,0 +1,113 @@
+"""How far the loop is from instability, at its worst over the mass range: gain, phase, delay and disk margins.
+
+On s = jω the loop gain is K G = −k_i K/(m ω² + k_z), critical at +1, and m ω² + k_z is positive. So its phase does not
+depend on the mass: it is real where K is, and a crossover at ω belongs to the one mass m = (k_i |K| − k_z)/ω².
+The plant is unstable, so the gain may neither rise nor fall too far.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from magbear_cli.analysis.loop_functions import controller_response
+from magbear_cli.analysis.pole_family import real_response_frequencies
+from magbear_cli.analysis.supremum import sign_changes, supremum
+from magbear_cli.lti.state_space import StateSpace
+from magbear_cli.model.problem import ControlProblem
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class Margins:
+    """The worst margins over the mass range of a loop that is stable over it."""
+
+    gain_low: float  # the loop gain may fall to this factor (0: to nothing)
+    gain_high: float  # and rise to this one (infinite: without end)
+    phase_deg: float
+    delay_s: float  # the delay that makes the loop unstable
+    disk: float  # 1/‖(S − T)/2‖∞, at most 2
+
+
+def stability_margins(problem: ControlProblem, controller: StateSpace, omega_rad_s: Floats) -> Margins:
+    """All margins of a loop that is known to be stable for every mass of the range.
+
+    Parameters
+    ----------
+    omega_rad_s : (w,) ascending grid, which may start with zero
+    """
+    positive = omega_rad_s[omega_rad_s > 0]
+    gain_low, gain_high = gain_margins(problem, controller, omega_rad_s)
+    phase = _least_over_crossovers(problem, controller, positive, lambda _, angle: np.abs(angle))
+    delay = _least_over_crossovers(problem, controller, positive, lambda w, angle: np.mod(angle, 2.0 * np.pi) / w)
+    return Margins(gain_low, gain_high, float(np.degrees(phase)), delay, disk_margin(problem, controller, omega_rad_s))
+
+
+def gain_margins(problem: ControlProblem, controller: StateSpace, omega_rad_s: Floats) -> tuple[float, float]:
+    """The factors (low, high) to which the loop gain may fall and rise before a mass of the range becomes unstable.
+
+    At a real K < 0 the loop with gain factor f has a pole on the axis for f = (m ω² + k_z)/(−k_i K).
+    """
+    omega = np.concatenate(
+        [omega_rad_s[:1], real_response_frequencies(controller, omega_rad_s[omega_rad_s > 0])],
+    )
+    # the first point of the grid is ω = 0 or as good as that; a pole of K there lets the gain fall to nothing
+    force = -problem.current_stiffness_n_per_a * controller_response(controller, omega).real
+    masses = np.array([problem.mass.low_kg, problem.mass.high_kg])
+    stiffness = masses[:, None] * omega**2 + problem.negative_stiffness_n_per_m
+    factors = (stiffness / np.where(force > 0, force, np.nan))[:, force > 0].ravel()
+    low, high = factors[factors < 1.0], factors[factors >= 1.0]
+    return float(low.max(initial=0.0)), float(high.min(initial=np.inf))
+
+
+def disk_margin(problem: ControlProblem, controller: StateSpace, omega_rad_s: Floats) -> float:
+    """1/‖(S − T)/2‖∞ at its least over the mass range: the disk margin without skew (Seiler, Packard, Gahinet 2020).
+
+    S − T = (a − κ)/(a + κ) with a = m ω² + k_z and κ = k_i K; its modulus is stationary in a at a = |κ| only. With
+    margin α the loop stays stable for complex gains (1 + α δ/2)/(1 − α δ/2), |δ| < 1.
+    """
+
+    def largest(omega: Floats) -> Floats:
+        force = problem.current_stiffness_n_per_a * controller_response(controller, omega)
+        ends = [mass * omega**2 + problem.negative_stiffness_n_per_m for mass in _mass_ends(problem)]
+        candidates = np.stack([*ends, np.clip(np.abs(force), ends[0], ends[1])])
+        return np.asarray((np.abs(candidates - force) / np.abs(candidates + force)).max(axis=0), dtype=float)
+
+    return 2.0 / supremum(largest, omega_rad_s, 1.0)[0]
+
+
+def _mass_ends(problem: ControlProblem) -> tuple[float, float]:
+    return problem.mass.low_kg, problem.mass.high_kg
+
+
+def _least_over_crossovers(
+    problem: ControlProblem,
+    controller: StateSpace,
+    omega_rad_s: Floats,
+    margin: Callable[[Floats, Floats], Floats],
+) -> float:
+    """The least margin(ω, arg K G) over the frequencies that are a crossover for some mass of the range."""
+    low, high = _mass_ends(problem)
+
+    def crossing_mass(omega: Floats) -> Floats:
+        gain = problem.current_stiffness_n_per_a * np.abs(controller_response(controller, omega))
+        return np.asarray((gain - problem.negative_stiffness_n_per_m) / omega**2, dtype=float)
+
+    def negative_margin(omega: Floats) -> Floats:
+        return -margin(omega, np.angle(-controller_response(controller, omega)))
+
+    def inside(omega: Floats) -> Floats:
+        mass = crossing_mass(omega)
+        return np.where((mass >= low) & (mass <= high), negative_margin(omega), -np.inf)
+
+    best = -np.inf if low == high else supremum(inside, omega_rad_s)[0]
+    for mass in (low, high):
+        edges = sign_changes(lambda omega, mass=mass: crossing_mass(omega) - mass, omega_rad_s)  # type: ignore[misc]
+        if edges.size:
+            best = max(best, float(negative_margin(edges).max()))
+    return -best

@@ -1,0 +1,162 @@
+"""The closed-loop poles along the mass range, and the masses at which a pole crosses the imaginary axis.
+
+With K = n(s)/a(s) the closed-loop polynomial m s² a(s) − (k_z a(s) + k_i n(s)) is affine in the mass. By zero exclusion
+the family is stable when one member is and none has a root on the axis (Barmish 1994, section 7). On s = jω that is
+m ω² + k_z + k_i K(jω) = 0, so a crossing needs Im K(jω) = 0, at frequencies that do not depend on the mass; each
+such frequency puts one mass on the axis, m = −(k_z + k_i Re K)/ω². At ω = 0 and ω → ∞ no mass matters.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import block_diag, eig
+
+from magbear_cli.analysis.loop_functions import controller_response
+from magbear_cli.analysis.supremum import sign_changes
+from magbear_cli.lti.balancing import with_balanced_states
+from magbear_cli.lti.conversion import zeros_poles_gain
+from magbear_cli.lti.state_space import StateSpace
+from magbear_cli.model.problem import ControlProblem
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+
+_NEAR_AXIS = 1e-2  # of the modulus: how far from the axis a computed zero of K(s) − K(−s) may lie and still be tried
+_SAME = 1e-9  # relative distance at which two ways have found the same frequency
+_REAL_ENOUGH = 1e-8  # of |K|: how small Im K must be to count as zero
+
+
+@dataclass(frozen=True, eq=False)
+class PoleFamily:
+    """Closed-loop poles for sample masses, with the rounding error that each may carry."""
+
+    masses_kg: Floats  # (k,)
+    poles_rad_s: Complexes  # (k, n), by ascending real part
+    uncertainty_rad_s: Floats  # (k, n) first-order bound of the rounding error
+
+    @property
+    def max_real_rad_s(self) -> float:
+        """The largest real part of any pole of any sample mass."""
+        return float(self.poles_rad_s.real.max())
+
+    @property
+    def certainly_unstable(self) -> bool:
+        """Whether a pole lies in the right half-plane by more than its rounding error."""
+        return bool((self.poles_rad_s.real > self.uncertainty_rad_s).any())
+
+    @property
+    def certainly_stable(self) -> bool:
+        """Whether every pole lies in the left half-plane by more than its rounding error."""
+        return bool((self.poles_rad_s.real < -self.uncertainty_rad_s).all())
+
+
+@dataclass(frozen=True, eq=False)
+class AxisCrossings:
+    """The pairs (mass, frequency) at which the closed loop has a pole on the imaginary axis, by ascending mass."""
+
+    masses_kg: Floats  # (k,)
+    omega_rad_s: Floats  # (k,)
+
+    def within(self, low_kg: float, high_kg: float) -> AxisCrossings:
+        """The crossings of a mass range, its ends included."""
+        inside = (self.masses_kg >= low_kg) & (self.masses_kg <= high_kg)
+        return AxisCrossings(self.masses_kg[inside], self.omega_rad_s[inside])
+
+
+def closed_loop_matrix(problem: ControlProblem, controller: StateSpace, mass_kg: float, time_s: float) -> Floats:
+    """The state matrix of the rotor with its controller, in units of time_s; states z, time_s·dz/dt, x_K.
+
+    m z'' = k_z z + k_i u, u = C x_K + D z, x_K' = A x_K + B z.
+    """
+    n = controller.order
+    square = time_s**2 / mass_kg
+    matrix = np.zeros((n + 2, n + 2))
+    matrix[0, 1] = 1.0
+    force = problem.current_stiffness_n_per_a
+    matrix[1, 0] = square * (problem.negative_stiffness_n_per_m + force * float(controller.d[0, 0]))
+    matrix[1, 2:] = square * force * controller.c[0]
+    matrix[2:, :1] = time_s * controller.b
+    matrix[2:, 2:] = time_s * controller.a
+    return matrix
+
+
+def pole_family(problem: ControlProblem, controller: StateSpace, masses_kg: ArrayLike) -> PoleFamily:
+    """The closed-loop poles of each mass, with a bound of their rounding error.
+
+    Parameters
+    ----------
+    masses_kg : (k,) array
+
+    Notes
+    -----
+    The matrix is balanced by powers of two before its eigenvalues are computed, in time scaled by the plant's own. A
+    simple eigenvalue moves by at most ‖E‖/|yᴴx| under a small change E of the balanced matrix (Golub and Van Loan
+    2013, section 7.2.2); E is taken as n·eps times its norm.
+    """
+    masses = np.atleast_1d(np.asarray(masses_kg, dtype=float))
+    time = 1.0 / max(problem.natural_rad_s, 1e-300)
+    rows = [eigenvalues_with_error(closed_loop_matrix(problem, controller, float(mass), time)) for mass in masses]
+    poles = np.stack([row[0] for row in rows]) / time
+    return PoleFamily(masses, poles, np.stack([row[1] for row in rows]) / time)
+
+
+def eigenvalues_with_error(matrix: Floats) -> tuple[Complexes, Floats]:
+    """The eigenvalues (n,) by ascending real part, and a first-order bound (n,) of their rounding errors."""
+    n = matrix.shape[0]
+    balanced = with_balanced_states(StateSpace(matrix, np.zeros((n, 1)), np.zeros((1, n)), np.zeros((1, 1)))).a
+    values, left, right = eig(balanced, left=True, right=True)  # type: ignore[misc]  # stubs know no left vectors
+    product = np.abs((left.conj() * right).sum(axis=0))
+    lengths = np.linalg.norm(left, axis=0) * np.linalg.norm(right, axis=0)
+    error = n * np.finfo(float).eps * np.linalg.norm(balanced) * lengths / np.maximum(product, 1e-300)
+    order = np.lexsort((values.imag, values.real))
+    return np.asarray(values[order], dtype=complex), np.asarray(error[order], dtype=float)
+
+
+def axis_crossings(problem: ControlProblem, controller: StateSpace, omega_rad_s: Floats) -> AxisCrossings:
+    """Every positive mass that puts a closed-loop pole on the imaginary axis, with its frequency.
+
+    Parameters
+    ----------
+    omega_rad_s : (w,) positive ascending grid, to find sign changes of Im K beside the zeros of K(s) − K(−s)
+
+    Notes
+    -----
+    Two ways to the frequencies with Im K(jω) = 0 are joined: the sign changes on the grid, narrowed down, and the zeros
+    of the odd system K(s) − K(−s) near the axis, kept where Im K is zero to rounding.
+    """
+    omega = real_response_frequencies(controller, omega_rad_s)
+    response = controller_response(controller, omega)
+    with np.errstate(over="ignore"):
+        masses = -(problem.negative_stiffness_n_per_m + problem.current_stiffness_n_per_a * response.real) / omega**2
+    order = np.argsort(masses)
+    order = order[masses[order] > 0.0]
+    return AxisCrossings(masses[order], omega[order])
+
+
+def real_response_frequencies(controller: StateSpace, omega_rad_s: Floats) -> Floats:
+    """The frequencies (k,) in (0, ∞) with Im K(jω) = 0: where the loop's phase crosses 0 or 180 degrees."""
+
+    def imaginary(omega: Floats) -> Floats:
+        return controller_response(controller, omega).imag
+
+    if controller.order == 0:
+        return np.empty(0)
+    crossed, exact = sign_changes(imaginary, omega_rad_s), omega_rad_s[imaginary(omega_rad_s) == 0.0]
+    zeros = _odd_part_zeros(controller)
+    near = np.abs(zeros[(zeros.imag > 0) & (np.abs(zeros.real) <= _NEAR_AXIS * np.abs(zeros))])
+    if near.size:
+        response = controller_response(controller, near)
+        near = near[np.abs(response.imag) <= _REAL_ENOUGH * np.abs(response)]
+    found = np.unique(np.concatenate([crossed, exact, near]))
+    return found[np.diff(found, prepend=0.0) > _SAME * found]
+
+
+def _odd_part_zeros(controller: StateSpace) -> Complexes:
+    """The finite zeros of K(s) − K(−s), whose direct gains cancel."""
+    b, c = controller.b, controller.c
+    odd = StateSpace(block_diag(controller.a, -controller.a), np.vstack([b, b]), np.hstack([c, c]), np.zeros((1, 1)))
+    zeros, _, _ = zeros_poles_gain(odd)
+    return zeros

@@ -1,0 +1,67 @@
+"""The thrust bearing with its bounds, and controllers whose loops are known."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from magbear_cli.lti.conversion import from_transfer_function
+from magbear_cli.lti.state_space import StateSpace
+from magbear_cli.model.problem import ControlProblem, MassRange, RationalWeight
+
+ProblemMaker = Callable[[float, float, float | None], ControlProblem]
+LeadMaker = Callable[[float, float, float], StateSpace]
+
+
+@pytest.fixture
+def thrust_problem() -> ProblemMaker:
+    """The thesis's bearing (k_z = 62 500 N/m, k_i = 50 N/A) with W1 = 2000/(s + 200), by mass range and ω_c."""
+
+    def make(low_kg: float, high_kg: float, omega_c_rad_s: float | None) -> ControlProblem:
+        performance = RationalWeight.low_pass(10.0, 200.0)
+        return ControlProblem(62_500.0, 50.0, MassRange(low_kg, high_kg), performance, omega_c_rad_s)
+
+    return make
+
+
+@pytest.fixture
+def lead() -> LeadMaker:
+    """K = −gain (s + zero)/(s + pole)."""
+
+    def make(gain: float, zero_rad_s: float, pole_rad_s: float) -> StateSpace:
+        return from_transfer_function([-gain, -gain * zero_rad_s], [1.0, pole_rad_s])
+
+    return make
+
+
+@pytest.fixture
+def quickstart(thrust_problem: ProblemMaker) -> ControlProblem:
+    """3.0-4.5 kg at ω_c = 20 000 rad/s."""
+    return thrust_problem(3.0, 4.5, 20_000.0)
+
+
+@pytest.fixture
+def good_lead(lead: LeadMaker) -> StateSpace:
+    """A lead found by direct search on the exact worst case of the quickstart: 0.4193."""
+    return lead(7_764_165.0, 72.0, 17_995.0)
+
+
+@pytest.fixture
+def notch() -> StateSpace:
+    """A lead with a pole-zero pair near 330 rad/s, stable with 2 kg and 8 kg and unstable with the masses between."""
+    pole, zero, damping = 326.4234, 326.4234 * 1.02, 0.02
+    num = [
+        -6344.722 / 300.0 / zero**2,
+        -6344.722 * (2 * damping / zero / 300.0 + 1 / zero**2),
+        -6344.722 * (1 / 300.0 + 2 * damping / zero),
+        -6344.722,
+    ]
+    fast = 20.0 * pole
+    den = [
+        1 / fast / pole**2,
+        2 * damping / pole / fast + 1 / pole**2,
+        1 / fast + 2 * damping / pole,
+        1.0,
+    ]
+    return from_transfer_function(num, den)
