@@ -135,7 +135,7 @@ def test_matrices_that_rounding_has_ruined_are_refused(quickstart: ControlProble
     poles = -(10 ** generator.uniform(0, 7, size=24))
     padded = series(from_zeros_poles_gain(poles * 1.01, poles, 1.0), good_lead)
     basis = np.linalg.qr(generator.normal(size=(25, 25)))[0] * 10 ** generator.uniform(-6, 6, size=25)
-    ruined = StateSpace(
+    ruined = StateSpace.of(
         np.linalg.solve(basis, padded.a @ basis), np.linalg.solve(basis, padded.b), padded.c @ basis, padded.d
     )
     rounded = StateSpace(ruined.a.astype(np.float32).astype(float), ruined.b, ruined.c, ruined.d)
