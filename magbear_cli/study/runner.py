@@ -138,15 +138,22 @@ class _Shift:
         self.settings = WorkerSettings(options.target, options.warm_modules, options.memory_bytes)
 
     def events(self) -> Iterator[Event]:
-        """Everything that happens until no case is left, or the run is stopped."""
+        """Everything that happens until no case is left, or the run is stopped.
+
+        Freed workers get their next case before the reader hears of the last one, so they work while it is stored.
+        """
+        happened: list[Event] = []
         while self.waiting or self.retries or self._busy():
             stop = self._reason_to_stop()
             if stop:
+                yield from happened
                 yield from self._wind_down(stop)
                 return
             self._staff()
-            yield from self._hand_out()
-            yield from self._watch()
+            happened += self._hand_out()
+            yield from happened
+            happened = list(self._watch())
+        yield from happened
 
     def close(self) -> None:
         """Kill every worker; a second interruption cannot stop this half-way."""

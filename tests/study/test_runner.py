@@ -8,7 +8,6 @@ import signal
 import subprocess
 import sys
 import textwrap
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -135,6 +134,36 @@ def test_what_a_case_prints_is_kept_for_the_log_only(make_cases: MakeCases, run:
     assert len(events[0].detail) <= 8192
 
 
+def test_the_callers_surroundings_do_not_reach_the_cases(
+    make_cases: MakeCases, run: Run, outcomes: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Whatever the environment asks for, a worker has one thread; modules in the working directory are not imported."""
+    monkeypatch.setenv("OPENBLAS_NUM_THREADS", "64")
+    monkeypatch.delenv("OMP_NUM_THREADS", raising=False)
+    (tmp_path / "random.py").write_text("raise SystemExit")
+    monkeypatch.chdir(tmp_path)
+    ended = outcomes(run(make_cases("threads"), jobs=1, warm_modules=("scipy.linalg", "slycot", "clarabel", "nothing")))
+    assert [outcome.status for outcome in ended] == [Status.OK], ended[0].sentence
+
+
+def test_a_worker_with_more_threads_refuses_to_work(options: Options) -> None:
+    """A numerical library that came with several threads is named."""
+    options()
+    script = (
+        "import sys\nfrom threadpoolctl import threadpool_info\nfrom magbear_cli.study import worker\n"
+        "from magbear_cli.errors import MagbearError\nimport numpy\n"
+        "if all(pool['num_threads'] == 1 for pool in threadpool_info()): sys.exit(7)\n"
+        "try: worker._load('misbehaving:act', [])\n"
+        "except MagbearError as error: sys.exit(0 if 'a worker must have one' in str(error) else 1)\n"
+        "sys.exit(2)"
+    )
+    environment = {name: value for name, value in os.environ.items() if not name.endswith("_NUM_THREADS")}
+    code = subprocess.run([sys.executable, "-c", script], env=environment, check=False).returncode
+    if code == 7:
+        pytest.skip("on a machine with one core every library has one thread")
+    assert code == 0
+
+
 @pytest.mark.parametrize(
     ("target", "words"),
     [
@@ -187,18 +216,17 @@ def test_closing_the_iterator_kills_every_worker(make_cases: MakeCases, options:
     assert not any(psutil.pid_exists(pid) for pid in pids)
 
 
-def test_idle_workers_that_are_killed_are_replaced(make_cases: MakeCases, options: Options) -> None:
-    """A worker killed between two cases costs no case an attempt."""
-    events = run_cases(make_cases("answer", "answer", "answer"), options(jobs=1))
-    attempts = []
-    for event in events:
+def test_an_idle_worker_that_is_killed_costs_no_attempt(make_cases: MakeCases, options: Options) -> None:
+    """A worker killed while it has no case disturbs nobody."""
+    events, pids = [], {}
+    for event in run_cases(make_cases("sleep:0.5", "answer"), options(jobs=2)):
+        events.append(event)
         if isinstance(event, CaseStarted):
-            attempts.append(event.attempt)
-            pid = event.pid
-        if isinstance(event, CaseEnded) and event.outcome.index == 0:
-            os.kill(pid, signal.SIGKILL)
-            time.sleep(0.1)
-    assert attempts == [1, 1, 1]
+            pids[event.case.index] = event.pid
+        if isinstance(event, CaseEnded) and event.outcome.index == 1:
+            os.kill(pids[1], signal.SIGKILL)
+    assert sorted(event.outcome.index for event in events if isinstance(event, CaseEnded)) == [0, 1]
+    assert {event.attempt for event in events if isinstance(event, CaseStarted)} == {1}
 
 
 @pytest.mark.parametrize("limits", [{"jobs": 0}, {"timeout_s": 0.0}, {"timeout_s": float("nan")}, {"memory_bytes": 1}])

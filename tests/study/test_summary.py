@@ -25,7 +25,7 @@ def outcome() -> CaseOutcome:
     """A case with one touched-down step and figures of numpy's types."""
     none = np.empty(0)
     told = ("nonlinear", "mu_convex", {"prefilter": None}, "touched_down", "it met the stator")
-    step = StepOutcome(3.0, 1e-5, *told, None, float("nan"), None, np.float64(2.5), None, *([none] * 6))  # type: ignore[arg-type]
+    step = StepOutcome(3.0, 1e-5, *told, None, float("nan"), None, np.float64(2.5), None, *([none] * 6))
     inputs = {"controller": {"method": "mu_convex"}, "mass_kg": [3.0, 4.5], "bandwidth": {"omega_c_rad_s": 2e4}}
     summary = Summary(level=np.float64(0.5), peak_mu=0.512, order=np.int64(7), gain_margin_high=float("inf"))  # type: ignore[arg-type]
     return CaseOutcome("ab" * 8, 0, inputs, Status.OK, summary=summary, steps=(step,))

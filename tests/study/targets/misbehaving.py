@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from threadpoolctl import threadpool_info
 
 from magbear_cli.errors import InputError, NumericsError, Status
 from magbear_cli.study.outcome import CaseOutcome, Summary
@@ -112,6 +113,13 @@ def _memory_error(_: str) -> None:
     raise MemoryError
 
 
+def _threads(_: str) -> None:
+    """Fail with the number of threads, if it is not one."""
+    for pool in threadpool_info():
+        if pool["num_threads"] != 1:
+            raise NumericsError(f"{pool['num_threads']} threads")
+
+
 def _number(_: str) -> int:
     return 7
 
@@ -136,6 +144,7 @@ ACTS: dict[str, Callable[[str], object]] = {
     "allocate": _allocate,
     "reserve": _reserve,
     "memory_error": _memory_error,
+    "threads": _threads,
     "number": _number,
     "lambda": _lambda,
 }
