@@ -1,0 +1,189 @@
+"""The least worst case over a real mass range, over controllers of any order: one convex problem, solved by cones.
+
+The level is brought down by Dinkelbach's iteration: at the level reached, find the (X, Y) with the widest margin in
+units of the present right-hand sides; its own level, recomputed on a dense grid, is the next.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from magbear_cli.errors import NumericsError, Status
+from magbear_cli.lti.frequency import frequency_response
+from magbear_cli.lti.state_space import StateSpace
+from magbear_cli.model.problem import ControlProblem
+from magbear_cli.model.robust_performance import worst_case_over_mass
+from magbear_cli.model.scaling import scale_problem
+from magbear_cli.synthesis.design import Design
+from magbear_cli.synthesis.fixed_order import best_lead
+from magbear_cli.synthesis.frequency_span import UNLIMITED_BANDWIDTH, FrequencySpan, frequency_span, with_bandwidth
+from magbear_cli.synthesis.half_plane_program import HalfPlaneProgram, Ratio
+from magbear_cli.synthesis.lag_chain import ChainRatio
+
+Floats = NDArray[np.float64]
+
+_FASTEST_LAG = (
+    5.0  # times the fastest of ω_c and the corners: faster lags gain nothing, slower ones cost 1 % of the level
+)
+_LOSS = 0.004  # of the level: what fewer states may cost
+_STEP = 2e-4  # of the level: an iteration that gains less is the last
+_EXCHANGE = 3e-4  # of the level: a peak between grid points that is higher than this joins the grid
+_FREE, _HELD = 7, 8  # most iterations with θ = 1, then with the present directions
+_GRID, _DENSE = 90, 1200
+
+
+@dataclass(frozen=True)
+class ExactMassOptions:
+    """``max_order``: the most states the controller may have, at least 2."""
+
+    max_order: int = 12
+
+    def __post_init__(self) -> None:
+        """Refuse an order that cannot hold a lead with roll-off."""
+        if self.max_order < 2:
+            raise NumericsError(f"max_order must be at least 2, not {self.max_order}")
+
+
+def design_exact_mass(problem: ControlProblem, options: ExactMassOptions) -> Design:
+    """The controller with the least max over masses and frequencies of |W1 S| + |W3 T|, of the order it needs.
+
+    The level of the answer is recomputed from the controller's matrices. Without a bandwidth limit more gain always
+    helps and no least level exists: the design is then that of a limit far above the fastest corner, and its sentence
+    says so.
+
+    Raises
+    ------
+    NumericsError
+        when W1 is unbounded on the imaginary axis, or no cone program was solved.
+    """
+    if (problem.performance.poles_rad_s.real >= 0).any() or len(problem.performance.num) > len(problem.performance.den):
+        raise NumericsError("the performance weight must be stable and proper")
+    limited = with_bandwidth(problem)
+    scaled, scaling = scale_problem(limited)
+    found = list(_descents(scaled, options.max_order))
+    best = min(descent.level for descent in found)
+    chosen = min((d for d in found if d.level <= best * (1.0 + _LOSS)), key=lambda d: d.ratio.poles.size)
+    controller = scaling.controller(chosen.ratio.controller())
+    level = exact_level(problem, controller)
+    statistics = {
+        "cone_programs": float(sum(descent.solves for descent in found)),
+        "level_before_reduction": best,
+        "frequencies": float(chosen.omega.size),
+    }
+    sentences = []
+    if limited is not problem:
+        sentences.append(
+            "without a bandwidth limit more gain always helps: designed for omega_c = "
+            f"{limited.omega_c_rad_s:.4g} rad/s, {UNLIMITED_BANDWIDTH:g} times the fastest of the plant's pole and the "
+            "weight's corners"
+        )
+    if level > 1.0:
+        sentences.append(f"the least worst case found over controllers of any order is {level:.4g}, above 1")
+    return Design(
+        controller, Status.NOT_ACHIEVED if level > 1.0 else Status.OK, "; ".join(sentences), level, statistics
+    )
+
+
+def exact_level(problem: ControlProblem, controller: StateSpace) -> float:
+    """The worst case over the mass range and all frequencies, from the controller's matrices; every peak is refined."""
+    span = frequency_span(problem)
+    grid = span.grid(_DENSE, margin=1e4)
+    corners = np.abs(np.concatenate([problem.performance.poles_rad_s, controller.poles()]))
+    local = np.multiply.outer(corners[corners > 0], np.geomspace(0.7, 1.4, 41)).ravel()
+    grid = np.union1d(grid, local)
+
+    def level(omega: Floats) -> Floats:
+        return worst_case_over_mass(problem, frequency_response(controller, omega)[:, 0, 0], omega)[0]
+
+    values = level(grid)
+    for _ in range(6):  # each pass puts 20 points between the neighbours of every high peak
+        peaks = _peaks(values, 0.98 * float(values.max()))
+        peaks = peaks[(peaks > 1) & (peaks < grid.size - 2)]
+        if peaks.size == 0:
+            break
+        fresh = np.geomspace(grid[peaks - 1], grid[peaks + 1], 22)[1:-1].ravel()
+        grid, places = np.unique(np.concatenate([grid, fresh]), return_index=True)
+        values = np.concatenate([values, level(fresh)])[places]
+    return float(values.max())
+
+
+@dataclass(frozen=True, eq=False)
+class _Descent:
+    """Where the iteration over one set of lags ended."""
+
+    ratio: ChainRatio
+    level: float
+    omega: Floats
+    solves: int
+
+
+def _descents(scaled: ControlProblem, max_order: int) -> Iterator[_Descent]:
+    """The optimum over the most lags; then over fewer and fewer, from its directions, until the level suffers."""
+    span = frequency_span(scaled)
+    dense = span.grid(_DENSE, margin=1e4)
+    lead = best_lead(scaled)
+    start = float(worst_case_over_mass(scaled, lead.response(dense), dense)[0].max())
+    program = HalfPlaneProgram(scaled, _lags(span, max_order), float(np.sqrt(span.fast)))
+    optimum = _descend(program, lead, start, span.grid(_GRID), free_steps=_FREE)
+    yield optimum
+    present = optimum
+    for order in range(max_order - 2, 1, -2):
+        program = HalfPlaneProgram(scaled, _lags(span, order), program.alpha)
+        try:
+            present = _descend(program, present.ratio, present.level, present.omega, free_steps=0)
+        except NumericsError:
+            return
+        yield present
+        if present.level > optimum.level * (1.0 + _LOSS):
+            return
+
+
+def _lags(span: FrequencySpan, count: int) -> Floats:
+    return np.geomspace(span.slow, _FASTEST_LAG * span.fast, count)
+
+
+def _descend(program: HalfPlaneProgram, present: Ratio, level: float, omega: Floats, free_steps: int) -> _Descent:
+    """Bring the level down from that of the present controller until a step gains next to nothing.
+
+    Raises
+    ------
+    NumericsError
+        when no step gave a controller that stabilises every mass.
+    """
+    dense = frequency_span(program.scaled).grid(_DENSE, margin=1e4)
+    best: ChainRatio | None = None
+    target, solves = level, 0
+    for step in range(free_steps + _HELD):
+        directions = program.free_directions if step < free_steps else program.directions_of(present)
+        try:
+            candidate = program.widest_margin(present, directions(omega), omega, target)
+        except NumericsError:
+            break
+        solves += 1
+        reached = program.level(candidate, directions(dense), dense)
+        peak, on_grid = float(reached.max()), float(program.level(candidate, directions(omega), omega).max())
+        fresh = dense[_peaks(reached, on_grid * (1.0 + _EXCHANGE))]
+        fresh = fresh[~np.isin(fresh, omega)]
+        omega = np.union1d(omega, fresh)
+        if best is None and not np.isfinite(peak) and step < free_steps:
+            target *= 1.5
+        elif (best is None and np.isfinite(peak)) or peak < target:
+            small = best is not None and peak > target * (1.0 - _STEP)
+            best, present, target = candidate, candidate, peak
+            if small and step >= free_steps and fresh.size == 0:
+                break
+        elif fresh.size == 0 and step >= free_steps:
+            break
+    if best is None:
+        raise NumericsError("no controller over these lags was found that stabilises every mass")
+    return _Descent(best, target, omega, solves)
+
+
+def _peaks(values: Floats, least: float) -> NDArray[np.intp]:
+    """The interior local maxima above a value."""
+    inner = values[1:-1]
+    return np.flatnonzero((inner >= values[:-2]) & (inner >= values[2:]) & (inner > least)) + 1

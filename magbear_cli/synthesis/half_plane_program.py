@@ -1,0 +1,147 @@
+"""The half-plane condition for controllers over given lags, and the cone program that widens its margin.
+
+With the plant n_m/d_m and K = X/Y, X and Y stable, level g holds for every mass, stability included, if
+|W1 Y d_m| + |W3 X n_m| < g Re(θ (Y d_m − X n_m)) at both end masses and every frequency. θ = 1 over the stable
+denominator (s + α)² loses nothing over all stable X and Y; over finitely many functions the directions θ(ω) of a
+present controller may serve better. The argument is decision 0010.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from magbear_cli.errors import NumericsError
+from magbear_cli.kernels.conic import Cone, solve_cone_program
+from magbear_cli.model.problem import ControlProblem
+from magbear_cli.model.robust_performance import worst_case_over_mass
+from magbear_cli.synthesis.half_plane import end_masses_kg, nearest_direction, plant_factors
+from magbear_cli.synthesis.lag_chain import ChainRatio, chain_basis
+from magbear_cli.synthesis.lag_ratio import LagRatio
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+Ratio = LagRatio | ChainRatio
+Directions = Callable[[Floats], Complexes]
+
+
+@dataclass(frozen=True, eq=False)
+class HalfPlaneProgram:
+    """The condition for one problem in its own units and one chain of lags.
+
+    Parameters
+    ----------
+    poles : (n,) positive array, the lags of X and Y
+    alpha : the speed of the stable denominator (s + α)²
+    """
+
+    scaled: ControlProblem
+    poles: Floats
+    alpha: float
+
+    def free_directions(self, omega: Floats) -> Complexes:
+        """θ = 1 when the plant is written over (s + α)²: the turn of that denominator, −1 at ω = ∞."""
+        finite = np.isfinite(omega)
+        at = np.where(finite, omega, 0.0)
+        return np.asarray(np.where(finite, (self.alpha - 1j * at) / (self.alpha + 1j * at), -1.0))
+
+    def directions_of(self, present: Ratio) -> Directions:
+        """The directions in which the present controller meets the condition with the most room."""
+
+        def directions(omega: Floats) -> Complexes:
+            x, y = present.numerator_denominator(omega)
+            discs = [
+                (y * d - x * n) / np.maximum(w1_d * np.abs(y) + w3_n * np.abs(x), 1e-300)
+                for d, n, w1_d, w3_n in self._factors(omega)
+            ]
+            return np.conj(nearest_direction(discs[0], discs[-1]))
+
+        return directions
+
+    def level(self, candidate: ChainRatio, directions: Complexes, omega: Floats) -> Floats:
+        """The exact worst case at each frequency; ∞ where an end mass leaves the half-plane that proves stability."""
+        x, y = candidate.numerator_denominator(omega)
+        inside = [((y * d - x * n) * directions).real > 0 for d, n, _, _ in self._factors(omega)]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            level = worst_case_over_mass(self.scaled, x / y, omega)[0]
+        return np.asarray(np.where(np.all(inside, axis=0), level, np.inf))
+
+    def widest_margin(self, present: Ratio, directions: Complexes, omega: Floats, level: float) -> ChainRatio:
+        """The controller with the largest s in |W1 Y d| + |W3 X n| + s u ≤ level·Re(θ (Y d − X n)), u the present Re.
+
+        X and Y are sought in functions made orthonormal over the grid, in units of the present |X| and |Y|; the mean of
+        Re(θ (Y d − X n))/u is one.
+
+        Raises
+        ------
+        NumericsError
+            when the cone program has no answer.
+        """
+        x, y = present.numerator_denominator(omega)
+        x_size, y_size = _floored(np.abs(x)), _floored(np.abs(y))
+        basis = chain_basis(self.poles, omega)
+        x_basis, x_back = _orthonormal(basis / x_size[:, None])
+        y_basis, y_back = _orthonormal(basis / y_size[:, None])
+        size = self.poles.size + 1
+        linear: list[sparse.spmatrix] = []
+        sides = []
+        for d, n, w1_d, w3_n in self._factors(omega):
+            chi = y * d - x * n
+            unit = np.maximum((chi * directions).real, 1e-3 * np.abs(chi))
+            x_turn, y_turn = -directions * n * x_size / unit, directions * d * y_size / unit
+            side = np.hstack([(x_basis * x_turn[:, None]).real, (y_basis * y_turn[:, None]).real])
+            moduli = [sparse.diags(w3_n * x_size / unit), sparse.diags(w1_d * y_size / unit)]
+            linear.append(
+                sparse.hstack([sparse.csr_matrix(-level * side), *moduli, sparse.csr_matrix(np.ones((omega.size, 1)))])
+            )
+            sides.append(side)
+        coefficients = _solve(linear, np.concatenate(sides).mean(axis=0), x_basis, y_basis)
+        x_new, y_new = x_back @ coefficients[:size], y_back @ coefficients[size:]
+        return ChainRatio(self.poles, x_new, y_new)
+
+    def _factors(self, omega: Floats) -> list[tuple[Floats, Floats, Floats, Floats]]:
+        return [plant_factors(self.scaled, omega, mass) for mass in end_masses_kg(self.scaled)]
+
+
+def _solve(linear: list[sparse.spmatrix], mean: Floats, x_basis: Complexes, y_basis: Complexes) -> Floats:
+    """The coefficients of X and Y that maximise s; unknowns: coefficients, |X| and |Y| at each frequency, s."""
+    count, unknowns = x_basis.shape[0], mean.size
+    rows = sum(block.shape[0] for block in linear)
+    functions = np.zeros((2, count, 3, unknowns))
+    for which, basis in enumerate((x_basis, y_basis)):
+        columns = slice(0, basis.shape[1]) if which == 0 else slice(unknowns - basis.shape[1], unknowns)
+        functions[which, :, 1, columns], functions[which, :, 2, columns] = -basis.real, -basis.imag
+    places = (np.arange(0, 6 * count, 3), np.arange(2 * count))
+    tops = sparse.csr_matrix((-np.ones(2 * count), places), shape=(6 * count, 2 * count))
+    cones = sparse.hstack(
+        [sparse.csr_matrix(functions.reshape(6 * count, unknowns)), tops, sparse.csr_matrix((6 * count, 1))]
+    )
+    normalised = sparse.csr_matrix(np.concatenate([mean, np.zeros(2 * count + 1)])[None, :])
+    cost = np.zeros(unknowns + 2 * count + 1)
+    cost[-1] = -1.0
+    answer = solve_cone_program(
+        cost,
+        sparse.vstack([*linear, cones, normalised]),
+        np.concatenate([np.zeros(rows + 6 * count), [1.0]]),
+        [(Cone.NONNEGATIVE, rows), *[(Cone.SECOND_ORDER, 3)] * (2 * count), (Cone.ZERO, 1)],
+        tolerance=1e-8,
+    )
+    if not answer.is_solved:
+        raise NumericsError(f"the cone program of the exact real-mass problem ended as {answer.status}")
+    return answer.x[:unknowns]
+
+
+def _floored(size: Floats) -> Floats:
+    return np.asarray(np.maximum(size, 1e-9 * size.max()))
+
+
+def _orthonormal(columns: Complexes) -> tuple[Complexes, Floats]:
+    """Columns of mean square one that span the same real combinations, and the matrix back to the given ones."""
+    count = columns.shape[0]
+    q, r = np.linalg.qr(np.vstack([columns.real, columns.imag]) / np.sqrt(count))
+    q = q * np.sqrt(count)
+    return q[:count] + 1j * q[count:], np.linalg.inv(r)
