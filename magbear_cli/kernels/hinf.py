@@ -107,12 +107,14 @@ def require_hinf_plant(a: Matrix, b: Matrix, c: Matrix, d: Matrix, *, measuremen
     Raises
     ------
     NumericsError
-        when an entry is not finite; sizes do not fit; (A, B2) is not stabilizable or (C2, A) not detectable; D12
-        lacks column rank or D21 row rank; or a plant from controls to errors or from disturbances to measurements
-        has a zero on the imaginary axis (assumptions A1-A4 of Glover and Doyle 1988).
+        when an entry is not finite; there are no states; sizes do not fit; (A, B2) is not stabilizable or (C2, A) not
+        detectable; D12 lacks column rank or D21 row rank; or the plant from controls to errors or from disturbances
+        to measurements has a zero on the imaginary axis (assumptions A1-A4 of Glover and Doyle 1988).
     """
     if not all(np.isfinite(matrix).all() for matrix in (a, b, c, d)):
         raise NumericsError("the plant holds a number that is not finite")
+    if a.shape[0] == 0:
+        raise NumericsError("the plant has no states: H-infinity synthesis needs at least one")
     w, z = b.shape[1] - controls, c.shape[0] - measurements
     if min(controls, measurements) < 1 or w < measurements or z < controls:
         raise NumericsError(
@@ -153,11 +155,14 @@ def require_hinf_plant(a: Matrix, b: Matrix, c: Matrix, d: Matrix, *, measuremen
 
 
 def _with_balanced_states(a: Matrix, b: Matrix, c: Matrix) -> tuple[Matrix, Matrix, Matrix]:
-    """The same plant with its states scaled by powers of two, where that can be done."""
-    n, size = a.shape[0], a.shape[0] + b.shape[1] + c.shape[0]
-    whole = np.zeros((size, size))
-    whole[:n, :n], whole[:n, n : n + b.shape[1]], whole[n + b.shape[1] :, :n] = a, b, c
-    if n == 0 or not np.isfinite(whole).all():
+    """The same plant with its states scaled by powers of two, so that the rows and columns of [A B; C 0] are alike.
+
+    Inputs and outputs have their say here: D12 and D21 give them their units.
+    """
+    n, m = a.shape[0], b.shape[1]
+    whole = np.zeros((n + m + c.shape[0],) * 2)
+    whole[:n, :n], whole[:n, n : n + m], whole[n + m :, :n] = a, b, c
+    if not np.isfinite(whole).all():
         return a, b, c
     _, (scale, _) = matrix_balance(whole, permute=False, separate=True)
     scale = scale[:n]
@@ -170,7 +175,7 @@ def _rank(matrix: Matrix, scale: float) -> int:
 
 def _require_no_hidden_mode(a: Matrix, b: Matrix, sentence: str) -> None:
     """The test of Popov, Belevitch and Hautus on every eigenvalue that is not stable."""
-    size = float(np.linalg.norm(a, 2)) if a.size else 0.0
+    size = float(np.linalg.norm(a, 2))
     norms = np.linalg.norm(b, axis=0)
     b = b / np.where(norms > 0, norms, 1.0) * (size if size > 0 else 1.0)  # the unit of a channel is arbitrary
     for mode in np.linalg.eigvals(a):
@@ -183,8 +188,6 @@ def _axis_zero(a: Matrix, b: Matrix, c: Matrix, d: Matrix) -> complex | None:
 
     Eliminating u = −D⁺ (C x) leaves the modes of A − B D⁺ C that the remaining outputs (I − D D⁺) C do not see.
     """
-    if a.size == 0:
-        return None
     inverse_d = np.linalg.pinv(d)
     inner = a - b @ inverse_d @ c
     outer = c - d @ inverse_d @ c

@@ -48,6 +48,8 @@ def solve_care(a: Matrix, b: Matrix, q: Matrix, r: Matrix) -> tuple[Matrix, floa
             "cost does not see a state on the imaginary axis"
         ) from error
     x = (x + x.T) / 2.0
+    if not (np.linalg.eigvals(a - b @ inverse_r_bt @ x).real < 0).all():
+        raise NumericsError("the solution found for the Riccati equation does not stabilise")
     residual = _residual(a, b @ inverse_r_bt, q, x)
     for _ in range(REFINEMENTS):
         better = _newton_step(a, b, q, r, inverse_r_bt @ x)
@@ -57,8 +59,6 @@ def solve_care(a: Matrix, b: Matrix, q: Matrix, r: Matrix) -> tuple[Matrix, floa
         x, residual = better, new_residual
     if not residual <= ACCEPTED_RESIDUAL:
         raise NumericsError(f"the Riccati equation is too badly conditioned: its residual is {residual:.1e}")
-    if (np.linalg.eigvals(a - b @ inverse_r_bt @ x).real >= 0).any():
-        raise NumericsError("the solution found for the Riccati equation does not stabilise")
     return x, residual
 
 
