@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magbear_cli.errors import NumericsError
+from magbear_cli.lti.state_space import StateSpace
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -20,6 +21,10 @@ class Responds(Protocol):
 
     def response(self, omega_rad_s: Floats) -> Complexes:
         """K(jω), (w,); ∞ is a legal frequency."""
+        ...
+
+    def controller(self) -> StateSpace:
+        """The controller as a state-space system."""
         ...
 
 
@@ -48,11 +53,13 @@ class Descent(Generic[Form]):
     """What is minimised, and how a better controller is proposed.
 
     ``measure`` (controller, frequencies) gives the level at each frequency; ``propose`` (controller, frequencies,
-    level) gives another controller and its margin, negative when none near the present one reaches the level.
+    level) gives another controller and its margin, negative when none near the present one reaches the level;
+    ``admits`` (controller) says whether it stabilises the loop, which no level on a grid can tell.
     """
 
     measure: Callable[[Form, Floats], Floats]
     propose: Callable[[Form, Floats, float], tuple[Form, float]]
+    admits: Callable[[Form], bool]
     precision: float = 3e-4
     most_solves: int = 150
 
@@ -76,7 +83,7 @@ class Descent(Generic[Form]):
                 continue
             reached = self.measure(candidate, grids.dense)
             peak = int(np.argmax(reached))
-            if reached[peak] < level * (1.0 - 0.1 * step):
+            if reached[peak] < level * (1.0 - 0.1 * step) and self.admits(candidate):
                 controller, level, step = candidate, float(reached[peak]), min(2.0 * step, 0.3)
             elif grids.dense[peak] not in coarse and coarse.size < most_points:
                 coarse = np.union1d(coarse, grids.dense[peak])

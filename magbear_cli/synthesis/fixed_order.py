@@ -23,6 +23,7 @@ from magbear_cli.synthesis.half_plane import (
     widest_margin,
 )
 from magbear_cli.synthesis.lag_ratio import LagRatio
+from magbear_cli.synthesis.stabilisation import stabilises
 
 
 @dataclass(frozen=True)
@@ -56,7 +57,7 @@ def search_order(scaled: ControlProblem, options: FixedOrderOptions) -> Descende
     span = frequency_span(scaled)
     grids = Grids(span.grid(70), span.grid(900, margin=1e4))
     descent = ratio_descent(scaled, options.uncertainty)
-    best = descent.run(_best_lead(scaled), grids)
+    best = descent.run(best_lead(scaled), grids)
     solves = best.solves
     for _ in range(1, options.order):
         lags = _new_lags(best.controller.poles, span.slow, 3.0 * span.fast)
@@ -76,7 +77,7 @@ def ratio_descent(scaled: ControlProblem, uncertainty: Literal["real", "complex"
     def propose(ratio: LagRatio, omega: NDArray[np.float64], target: float) -> tuple[LagRatio, float]:
         return widest_margin(rows(scaled, ratio, omega, target), ratio)
 
-    return Descent(measure, propose)
+    return Descent(measure, propose, lambda ratio: stabilises(scaled, ratio.controller()))
 
 
 def _new_lags(present: NDArray[np.float64], slow: float, fast: float) -> list[float]:
@@ -86,7 +87,7 @@ def _new_lags(present: NDArray[np.float64], slow: float, fast: float) -> list[fl
     return [float(pole) for pole, gap in zip(candidates, distance, strict=True) if gap > 0.1]
 
 
-def _best_lead(scaled: ControlProblem) -> LagRatio:
+def best_lead(scaled: ControlProblem) -> LagRatio:
     """K = −k (1 + s/z)/(1 + s/p) with the least worst case on a grid of (k, z, p) that is stable for every mass."""
     span = frequency_span(scaled)
     gain = np.geomspace(1.2, 0.5 * max(span.fast**2, 10.0), 32)

@@ -1,0 +1,96 @@
+"""From the resolved inputs of a case to the objects of the numerics: bearing, problem, design and scenarios."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from magbear_cli.errors import NumericsError, Status
+from magbear_cli.lti.state_space import StateSpace
+from magbear_cli.model.bearing import Bearing, CurrentLaw, linearization
+from magbear_cli.model.filters import Prefilter, SensorDynamics
+from magbear_cli.model.problem import ControlProblem, MassRange, RationalWeight
+from magbear_cli.model.rotor import FlexibleRotor
+from magbear_cli.simulation.scenario import Disturbance, StepScenario
+from magbear_cli.synthesis.design import Design
+from magbear_cli.synthesis.fixed_order import FixedOrderOptions, design_fixed_order
+from magbear_cli.synthesis.hinf import HinfOptions, design_hinf
+from magbear_cli.synthesis.lqg import LqgOptions, design_lqg
+from magbear_cli.synthesis.lqg_ltr import LqgLtrOptions, design_lqg_ltr
+from magbear_cli.synthesis.mu_convex import MuConvexOptions, design_mu_convex
+
+Inputs = Mapping[str, Any]
+
+
+def build_bearing(inputs: Inputs) -> Bearing:
+    """The magnets of a case."""
+    fields = dict(inputs["bearing"])
+    return Bearing(**{**fields, "current_law": CurrentLaw(fields["current_law"])})
+
+
+def build_problem(inputs: Inputs) -> ControlProblem:
+    """The bearing linearised at the operating point, with the mass range and the bounds."""
+    point = inputs["operating_point"]
+    linear = linearization(build_bearing(inputs), point["position_m"], point["current_a"])
+    weight, bandwidth = inputs["performance"], inputs["bandwidth"]
+    return ControlProblem(
+        linear.negative_stiffness_n_per_m,
+        linear.current_stiffness_n_per_a,
+        build_mass_range(inputs["mass_kg"]),
+        RationalWeight(tuple(weight["num"]), tuple(weight["den"])),
+        None if bandwidth is None else bandwidth["omega_c_rad_s"],
+    )
+
+
+def build_mass_range(mass_kg: float | list[float]) -> MassRange:
+    """One mass, or a range of masses."""
+    if isinstance(mass_kg, list):
+        return MassRange(mass_kg[0], mass_kg[1])
+    return MassRange(mass_kg, mass_kg)
+
+
+def _tupled(options: Inputs) -> dict[str, Any]:
+    return {key: tuple(value) if isinstance(value, list) else value for key, value in options.items()}
+
+
+def _stored(_: ControlProblem, options: Inputs) -> Design:
+    try:
+        controller = StateSpace.of(options["a"], options["b"], options["c"], options["d"])
+    except ValueError as error:
+        raise NumericsError(f"the matrices of {options['source']} do not fit together: {error}") from error
+    if (controller.inputs, controller.outputs) != (1, 1):
+        raise NumericsError(f"the controller of {options['source']} does not map one position to one current")
+    return Design(controller, Status.OK)
+
+
+METHODS: Mapping[str, Callable[[ControlProblem, dict[str, Any]], Design]] = {
+    "mu_convex": lambda problem, options: design_mu_convex(problem, MuConvexOptions(**options)),
+    "fixed_order": lambda problem, options: design_fixed_order(problem, FixedOrderOptions(**options)),
+    "hinf": lambda problem, options: design_hinf(problem, HinfOptions(**options)),
+    "lqg": lambda problem, options: design_lqg(problem, LqgOptions(**_tupled(options))),
+    "lqg_ltr": lambda problem, options: design_lqg_ltr(problem, LqgLtrOptions(**_tupled(options))),
+    "stored": _stored,
+}
+
+
+def design_controller(problem: ControlProblem, controller: Inputs) -> Design:
+    """The answer of the method that the case names."""
+    options = {key: value for key, value in controller.items() if key != "method"}
+    return METHODS[controller["method"]](problem, options)
+
+
+def build_scenarios(inputs: Inputs) -> list[tuple[StepScenario, Inputs]]:
+    """One scenario for each mass of each entry of ``simulate``, with the entry it comes from."""
+    return [
+        (_scenario(entry, mass, inputs["operating_point"]), entry)
+        for entry in inputs["simulate"]
+        for mass in entry["masses_kg"]
+    ]
+
+
+def _scenario(entry: Inputs, mass_kg: float, operating_point: Inputs) -> StepScenario:
+    parts = {"prefilter": Prefilter, "sensor": SensorDynamics, "rotor": FlexibleRotor, "disturbance": Disturbance}
+    fields = {key: value for key, value in entry.items() if key != "masses_kg"}
+    for key, part in parts.items():
+        fields[key] = None if fields[key] is None else part(**fields[key])
+    return StepScenario(mass_kg=mass_kg, **operating_point, **fields)

@@ -1,0 +1,83 @@
+"""The best controller of any order by convex optimisation: exact for a real mass, or mu with complex blocks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from magbear_cli.errors import NumericsError, Status
+from magbear_cli.kernels.structured_singular_value import mu_upper_bound
+from magbear_cli.lti.frequency import frequency_response
+from magbear_cli.lti.reduction import balanced_residualization, balanced_truncation
+from magbear_cli.lti.state_space import StateSpace
+from magbear_cli.model.problem import ControlProblem
+from magbear_cli.model.robust_performance import interconnection
+from magbear_cli.model.scaling import scale_problem
+from magbear_cli.synthesis.design import Design
+from magbear_cli.synthesis.dq_iteration import iterate_dq
+from magbear_cli.synthesis.exact_mass import ExactMassOptions, design_exact_mass
+from magbear_cli.synthesis.fixed_order import FixedOrderOptions, search_order
+from magbear_cli.synthesis.frequency_span import frequency_span, with_bandwidth
+from magbear_cli.synthesis.stabilisation import stabilises
+
+REDUCTION_LOSS = 0.003  # of the level: the price of a simpler controller that nobody will notice
+
+
+@dataclass(frozen=True)
+class MuConvexOptions:
+    """``uncertainty``: the mass as the real number it is, or a complex block; ``max_order``: states at most."""
+
+    uncertainty: Literal["real", "complex"] = "real"
+    max_order: int = 12
+
+
+def design_mu_convex(problem: ControlProblem, options: MuConvexOptions) -> Design:
+    """The controller with the least worst case over the real mass range, or the least peak mu with complex blocks."""
+    if options.uncertainty == "real":
+        return design_exact_mass(problem, ExactMassOptions(max_order=options.max_order))
+    scaled, scaling = scale_problem(with_bandwidth(problem))
+    start = search_order(scaled, FixedOrderOptions(order=1, uncertainty="complex"))
+    optimum = iterate_dq(scaled, start.controller)
+    full = optimum.controller.controller()
+    controller, level = _simplest(scaled, full, optimum.level, options.max_order)
+    statistics = {
+        "cone_programs": float(start.solves + optimum.solves),
+        "level_before_reduction": optimum.level,
+        "order_before_reduction": float(full.order),
+    }
+    status, sentence = Status.OK, ""
+    if level > 1.0:
+        status = Status.NOT_ACHIEVED
+        sentence = f"the least peak mu found over controllers of any order is {optimum.level:.4g}, above 1"
+    return Design(scaling.controller(controller), status, sentence, level, statistics)
+
+
+def _simplest(scaled: ControlProblem, full: StateSpace, level: float, max_order: int) -> tuple[StateSpace, float]:
+    """The reduction of least order that keeps the level, or else the best of at most max_order; judged by mu anew."""
+    omega = frequency_span(scaled).grid(600, margin=1e4)
+    tried = [(level, full)] if full.order <= max_order else []
+    for order in range(1, min(max_order, full.order - 1) + 1):
+        for reduce in (balanced_residualization, balanced_truncation):
+            try:
+                candidate = reduce(full, order)
+            except NumericsError:  # as many poles of the full controller are not stable
+                continue
+            reached = _peak_mu(scaled, candidate, omega)
+            if reached <= level * (1.0 + REDUCTION_LOSS):
+                return candidate, reached
+            tried.append((reached, candidate))
+    if not tried:
+        raise NumericsError(f"the optimal controller has no reduction of order {max_order} or less")
+    reached, candidate = min(tried, key=lambda pair: pair[0])
+    return candidate, reached
+
+
+def _peak_mu(scaled: ControlProblem, controller: StateSpace, omega: NDArray[np.float64]) -> float:
+    """Peak mu, infinite where the reduced controller does not stabilise the loop."""
+    if not stabilises(scaled, controller):
+        return float("inf")
+    response = frequency_response(controller, omega)[:, 0, 0]
+    return float(mu_upper_bound(interconnection(scaled, response, omega))[0].max())
