@@ -67,17 +67,6 @@ def is_refused(node: Node) -> bool:
     return value is REFUSED
 
 
-def located(value: object, mark: Mark) -> Node:
-    """Plain data as a node, every part of which stands at one place."""
-    if isinstance(value, dict):
-        return Node({str(key): located(child, mark) for key, child in value.items()}, mark, mark)
-    if isinstance(value, list | tuple):
-        return Node(tuple(located(child, mark) for child in value), mark, mark)
-    if value is None or isinstance(value, bool | int | float | str):
-        return Node(value, mark, mark)
-    raise TypeError(f"{type(value).__name__} is not a value of a study")
-
-
 def child_of(node: Node, key: str) -> Node | None:
     """The value below a key or an index, or None."""
     value = node.value

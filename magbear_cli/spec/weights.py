@@ -80,8 +80,6 @@ class RationalWeight(Section):
 def _form(value: Any) -> str:  # noqa: ANN401 - pydantic shows what the file holds
     """Which of the two forms was begun."""
     keys = value if isinstance(value, dict) else ()
-    if isinstance(value, RationalWeight):
-        return "rational"
     begun = sum(key in keys for key in ("num", "den")) > sum(key in keys for key in ("dc_gain", "corner_rad_s"))
     return "rational" if begun else "low_pass"
 

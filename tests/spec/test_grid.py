@@ -155,6 +155,16 @@ def test_a_base_keeps_what_the_grid_does_not_name(studies: Path) -> None:
     assert list(untouched.cases()) == list(read_study(studies / "quickstart.yaml").cases())
 
 
+def test_the_grid_replaces_the_sweep_of_its_keys(studies: Path) -> None:
+    """What the base sweeps and the command line gives is the command line's, the whole section too."""
+    base = (studies / "wc_sweep.yaml").read_text(encoding="utf-8")
+    study = read_study_text(compile_sweep([1e3, 2e3, 3e3], [], [], base), "text")
+    assert [case["bandwidth"]["omega_c_rad_s"] for case in study.cases()][:3] == [1e3, 2e3, 3e3]
+    assert study.case_count == 9
+    whole = base.replace("bandwidth.omega_c_rad_s: [7000, 10000, 20000, 30000]", "bandwidth: [null]")
+    assert read_study_text(compile_sweep([1e3], [3.6], [], whole), "text").sweep == {}
+
+
 def test_a_base_with_paths_can_be_run_from_elsewhere(tmp_path: Path, base: str) -> None:
     """Parts by path are written out, paths of stored controllers are made absolute."""
     (tmp_path / "mine.yaml").write_text("air_gap_m: 3e-4\nforce_constant_n_m2_per_a2: 1e-6\nbias_current_a: 2\n")

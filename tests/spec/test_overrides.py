@@ -176,6 +176,16 @@ def test_a_study_with_overrides_is_written_so_that_it_reads_the_same(overrides: 
     assert study.text.count("# --set ") == len(overrides)
 
 
+def test_an_override_of_a_section_of_another_kind_is_refused(base: str, refused: Refused) -> None:
+    """Nothing lies below a number, a text or what was already refused."""
+    for line in ("mass_kg: 3.6", "mass_kg: {a: 1}", "mass_kg: [010, 4]"):
+        assert refused(base.replace("mass_kg: [3.0, 4.5]", line), "mass_kg.1=4")
+    assert refused("[1, 2]", "mass_kg=3")
+    assert refused(base + "sweep: {controller: [{method: mu_convex, max_order: 010}]}\n", "controller.max_order=5")
+    assert refused(base + "sweep: {controller: [3, mu_convex]}\n", "controller.max_order=5")
+    assert refused(base.replace("{method: mu_convex}", "{method: 3}"), "controller.max_order=5")
+
+
 def test_overrides_and_file_are_refused_together(base: str, refused: Refused) -> None:
     """All problems in one message, the file's and the option's."""
     problems = refused(base.replace("mu_convex", "mu_convx"), "mass_kg=-3", "nme=x")

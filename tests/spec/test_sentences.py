@@ -175,6 +175,11 @@ def test_a_wrong_value_is_refused_at_its_place(
         ("{omega_c_rad_s: [1000]}", "E117", "bandwidth.omega_c_rad_s"),
         ("{simulate.0.stp_m: [1e-6]}", "E117", "simulate.0.step_m"),
         ("{simulate.3.step_m: [1e-6]}", "E117", "no entry 3"),
+        ("{simulate.12.stp_m: [1e-6]}", "E117", "simulate.12.step_m"),
+        ("{simulate.first.step_m: [1e-6]}", "E117", "no key"),
+        ("{simulate.0: [{step_m: 1 mm}]}", "E104", "write the number alone"),
+        ("{simulate.0.masses_kg.5: [3]}", "E117", "no entry 5"),
+        ("{mass_kg.0.1: [3]}", "E117", "no key"),
         ("{mass_kg.low: [1]}", "E117", "no key"),
         ("{name: [a, b]}", "E117", "not part of a case"),
         ("{run.timeout_s: [1, 2]}", "E117", "not part of a case"),
@@ -196,6 +201,21 @@ def test_a_wrong_sweep_is_refused_on_its_line(sweep: str, code: str, words: str,
     assert words in f"{found[0].sentence} {found[0].remedy}"
     if code != "E114" or "mass_kg: [[" in sweep:
         assert found[0].line == base.count("\n") + 1
+
+
+def test_an_entry_of_a_number_cannot_be_swept(base: str, refused: Refused) -> None:
+    """A known mass has no ends."""
+    text = base.replace("mass_kg: [3.0, 4.5]", "mass_kg: 3.6")
+    (problem,) = refused(f"{text}sweep: {{mass_kg.1: [4, 5]}}\n")
+    assert problem.code == "E117"
+    assert "no '1' below it" in problem.sentence
+
+
+def test_a_sweep_of_very_many_keys_is_refused(base: str, refused: Refused) -> None:
+    """Each would need a remedy, and none can be meant."""
+    keys = "".join(f"  k{i}: [1]\n" for i in range(60))
+    (problem,) = refused(f"{base}sweep:\n{keys}")
+    assert problem.code == "E116"
 
 
 def test_a_wrong_value_of_a_sweep_is_pointed_at(base: str, refused: Refused) -> None:

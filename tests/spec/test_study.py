@@ -86,6 +86,13 @@ def test_each_method_has_its_documented_defaults(method: str) -> None:
     assert case["controller"] == {"method": method, **CONTROLLERS[method]}
 
 
+def test_weights_of_a_method_are_kept() -> None:
+    """A zero in a pair is legal while the other is not zero."""
+    text = MINIMAL.replace("{method: mu_convex}", "{method: lqg, q: [2, 0]}")
+    (case,) = read_study_text(text, "text").cases()
+    assert case["controller"]["q"] == [2.0, 0.0]
+
+
 def test_a_stored_controller_keeps_its_path_and_case() -> None:
     """They are text here; whoever reads the file says whether it is there."""
     text = MINIMAL.replace("{method: mu_convex}", "{method: stored, path: out/results.h5}")

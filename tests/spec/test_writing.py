@@ -7,7 +7,7 @@ from typing import Any
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from magbear_cli.spec.nodes import Mark, located, plain
+from magbear_cli.spec.nodes import plain
 from magbear_cli.spec.problems import Faults
 from magbear_cli.spec.reading import read_nodes
 from magbear_cli.spec.writing import written
@@ -42,10 +42,3 @@ def test_what_is_written_is_read_back(document: dict[str, Any]) -> None:
     faults.stop()
     assert node is not None
     assert plain(node) == document
-
-
-@given(VALUE)
-@settings(deadline=None, max_examples=50)
-def test_data_becomes_nodes_and_back(value: Any) -> None:  # noqa: ANN401 - any data
-    """Nodes lose nothing."""
-    assert plain(located(value, Mark("here"))) == value
