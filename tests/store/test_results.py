@@ -135,11 +135,11 @@ def test_no_flipped_bit_passes_for_a_number(tmp_path: Path, study: StudyResults,
     content, draw = path.read_bytes(), random.Random(7)  # noqa: S311 - which bits does not matter
     script = tmp_path / "read.py"
     script.write_text(FLIP_READER)
-    flips = [draw.randrange(8 * len(content)) for _ in range(100)]
+    flips = [draw.randrange(8 * len(content)) for _ in range(60)]
     answer = subprocess.run(
         [sys.executable, script, path, *map(str, flips)], check=True, capture_output=True, text=True
     )
-    assert answer.stdout.split() == ["fine"] * 100, answer.stdout
+    assert answer.stdout.split() == ["fine"] * 60, answer.stdout
     assert are_same(read_results(path).outcomes[0], study.outcomes[0])
 
 

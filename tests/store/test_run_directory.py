@@ -316,7 +316,7 @@ def test_kills_at_random_instants_lose_no_finished_case(tmp_path: Path) -> None:
     while campaign.kills < 20:
         campaign.acknowledged.clear()
         folder = tmp_path / f"run{campaign.kills}"
-        while not campaign.run(folder, campaign.draw.choice(["parent", "worker"])):
+        while not campaign.run(folder, campaign.draw.choice(["parent", "worker", "worker"])):
             assert campaign.acknowledged <= {path.name[:16] for path in shards_in(folder)}
         assert (folder / "results.h5").read_bytes() == calm
         assert len(shards_in(folder)) == 16
