@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from magbear_cli.analysis.pole_family import pole_family
+from magbear_cli.analysis.pole_family import controller_poles, pole_family
 from magbear_cli.lti.conversion import zeros_poles_gain
 from magbear_cli.lti.state_space import StateSpace
 from magbear_cli.model.problem import ControlProblem
@@ -43,7 +43,9 @@ def loop_roots(problem: ControlProblem, controller: StateSpace) -> Complexes:
     """
     own = [problem.natural_rad_s, *np.abs(problem.performance.poles_rad_s)]
     own += [] if problem.omega_c_rad_s is None else [problem.omega_c_rad_s]
-    zeros, poles, _ = zeros_poles_gain(controller)
+    zeros, _, _ = zeros_poles_gain(controller)
+    poles, errors = controller_poles(controller)
+    poles = poles[np.abs(poles) > errors]  # an integrator is seldom exactly at zero
     closed = pole_family(problem, controller, problem.mass.samples_kg(_MASSES)).poles_rad_s.ravel()
     known = np.array([speed for speed in own if speed > 0])
     roots = np.concatenate([known.astype(complex), zeros, poles, closed])
@@ -67,5 +69,5 @@ def is_regular_at_zero(problem: ControlProblem, controller: StateSpace) -> bool:
     """Whether W1(0) is finite and K(0) exists."""
     if problem.performance.den[-1] == 0.0:
         return False
-    poles = np.abs(controller.poles())
-    return controller.order == 0 or bool(poles.min() > 1e-14 * max(float(poles.max()), problem.natural_rad_s))
+    poles, errors = controller_poles(controller)
+    return bool((np.abs(poles) > errors).all())

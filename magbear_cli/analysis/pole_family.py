@@ -110,9 +110,18 @@ def eigenvalues_with_error(matrix: Floats) -> tuple[Complexes, Floats]:
     values, left, right = eig(balanced, left=True, right=True)  # type: ignore[misc]  # stubs know no left vectors
     product = np.abs((left.conj() * right).sum(axis=0))
     lengths = np.linalg.norm(left, axis=0) * np.linalg.norm(right, axis=0)
-    error = n * np.finfo(float).eps * np.linalg.norm(balanced) * lengths / np.maximum(product, 1e-300)
+    rounding = n * np.finfo(float).eps
+    # a defective pair moves by the root of the change, which first order calls infinite
+    error = np.linalg.norm(balanced) * np.minimum(rounding * lengths / np.maximum(product, 1e-300), np.sqrt(rounding))
     order = np.lexsort((values.imag, values.real))
     return np.asarray(values[order], dtype=complex), np.asarray(error[order], dtype=float)
+
+
+def controller_poles(controller: StateSpace) -> tuple[Complexes, Floats]:
+    """The poles of the controller (n,) in rad/s, and a bound (n,) of their rounding errors."""
+    if controller.order == 0:
+        return np.empty(0, dtype=complex), np.empty(0)
+    return eigenvalues_with_error(controller.a)
 
 
 def axis_crossings(problem: ControlProblem, controller: StateSpace, omega_rad_s: Floats) -> AxisCrossings:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from magbear_cli.analysis.pole_family import eigenvalues_with_error
+from magbear_cli.analysis.pole_family import controller_poles
 from magbear_cli.lti.state_space import StateSpace
 from magbear_cli.model.problem import ControlProblem
 
@@ -74,7 +74,7 @@ def unstable_poles(
     The poles of K whose sign is below their rounding error are left to the left of the curve, which is shifted to the
     right by twice that error; the closed-loop poles between the axis and the curve are then not seen.
     """
-    values, errors = _controller_poles(controller)
+    values, errors = controller_poles(controller)
     doubtful = np.abs(values.real) <= errors
     shift = 2.0 * float(np.max(np.maximum(errors, np.abs(values.real))[doubtful], initial=0.0))
     unstable = int((values.real > shift).sum())
@@ -97,12 +97,6 @@ def unstable_poles(
     if abs(count - round(count)) > _WHOLE or round(count) < 0:
         return UnstablePoles(None, points, shift, f"the curve turns by {turned / np.pi:.4g}π, which counts no poles")
     return UnstablePoles(round(count), points, shift)
-
-
-def _controller_poles(controller: StateSpace) -> tuple[Complexes, Floats]:
-    if controller.order == 0:
-        return np.empty(0, dtype=complex), np.empty(0)
-    return eigenvalues_with_error(controller.a)
 
 
 def _far(problem: ControlProblem, controller: StateSpace, mass_kg: float, last: float) -> Floats:
