@@ -159,13 +159,11 @@ def _objection(family: PoleFamily, counts: list[UnstablePoles], inside: AxisCros
 
 
 def _stable_masses(problem: ControlProblem, crossings: AxisCrossings) -> dict[str, float]:
-    """The masses around the range between which no pole crosses the axis."""
+    """The nearest masses outside the range at which a pole crosses the axis, where there are any."""
     below = crossings.masses_kg[crossings.masses_kg < problem.mass.low_kg]
     above = crossings.masses_kg[crossings.masses_kg > problem.mass.high_kg]
-    return {
-        "stable_above_kg": float(below.max(initial=0.0)),
-        "stable_below_kg": float(above.min(initial=np.inf)),
-    }
+    edges = {"stable_above_kg": below[-1:], "stable_below_kg": above[:1]}
+    return {name: float(edge[0]) for name, edge in edges.items() if edge.size}
 
 
 def response_disagreement(problem: ControlProblem, controller: StateSpace, omega_rad_s: Floats) -> float:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import mpmath
 import numpy as np
 import pytest
 
+from magbear_cli.analysis.pole_family import closed_loop_matrix
 from magbear_cli.analysis.verification import response_disagreement, verify
 from magbear_cli.analysis.worst_case import worst_case
 from magbear_cli.lti.balancing import with_balanced_states
@@ -70,8 +72,12 @@ def test_a_hidden_mode_that_does_not_decay_is_refused(
 def test_an_unstable_mass_inside_the_range_is_refused(thrust_problem: ProblemMaker, notch: StateSpace) -> None:
     """Both ends of the range are stable and a mass between is not; either end alone passes."""
     assert not verify(thrust_problem(2.0, 8.0, None), notch, 1e9).verified
-    assert verify(thrust_problem(2.0, 2.0, None), notch, 1e9).verified
-    assert verify(thrust_problem(8.0, 8.0, None), notch, 1e9).verified
+    light, heavy = (verify(thrust_problem(mass, mass, None), notch, 1e9) for mass in (2.0, 8.0))
+    assert light.verified
+    assert heavy.verified
+    assert light.statistics["stable_below_kg"] == pytest.approx(2.42936, rel=1e-4)
+    assert heavy.statistics["stable_above_kg"] == pytest.approx(5.49507, rel=1e-4)
+    assert "stable_above_kg" not in light.statistics
 
 
 def test_a_crossing_alone_refuses(thrust_problem: ProblemMaker, notch: StateSpace) -> None:
@@ -166,3 +172,49 @@ def test_other_bearings_are_judged_as_well(mass: float, air_gap_m: float) -> Non
     verdict = verify(problem, controller, 100.0)
     assert verdict.verified
     assert verdict.worst_level == pytest.approx(worst_case(problem, controller).level, rel=1e-7)
+
+
+def _largest_real_part(problem: ControlProblem, controller: StateSpace, mass_kg: float) -> float:
+    with mpmath.workdps(40):
+        matrix = mpmath.matrix(closed_loop_matrix(problem, controller, mass_kg, 1.0).tolist())
+        return max(float(mpmath.re(pole)) for pole in mpmath.eig(matrix, left=False, right=False))
+
+
+@pytest.mark.parametrize("seed", range(16))
+def test_forty_digits_agree_with_the_verdict(seed: int) -> None:
+    """Over random loops with light, slow, hidden and unstable modes in bad units, no unstable one is verified."""
+    generator = np.random.default_rng(seed)
+    speed, mass, force = 10 ** generator.uniform(1, 3), 10 ** generator.uniform(-1, 1.7), 10 ** generator.uniform(0, 3)
+    low_pass = RationalWeight.low_pass(10.0, 200.0)
+    problem = ControlProblem(mass * speed**2, force, MassRange(mass, 1.5 * mass), low_pass, 50.0 * speed)
+    crossover = speed * 10 ** generator.uniform(0.3, 1.5)
+    zero, pole = crossover * 10 ** generator.uniform(-1.5, 0.2), crossover * 10 ** generator.uniform(-0.1, 1.5)
+    controller = from_zeros_poles_gain([-zero], [-pole], -mass * crossover * pole / force)
+    place, damping = crossover * 10 ** generator.uniform(-2, 2), 10 ** generator.uniform(-4, -0.5)
+    light = place * np.array([-damping + 1j, -damping - 1j])
+    extra = [
+        from_zeros_poles_gain(light * (1 + generator.normal() * 0.1), light, 1.0),
+        from_zeros_poles_gain([place * (1 + 1e-6)], [place], 1.0),
+        from_zeros_poles_gain([-speed / 10.0], [0.0], 1.0),
+        StateSpace.gain([[1.0]]),
+    ][seed % 4]
+    controller = series(extra, controller)
+    units = 10 ** generator.uniform(-3, 3, controller.order)
+    stored = StateSpace(
+        controller.a * units / units[:, None], controller.b / units[:, None], controller.c * units, controller.d
+    )
+    truth = max(_largest_real_part(problem, stored, float(mass)) for mass in problem.mass.samples_kg(3))
+    verdict = verify(problem, stored, 1e9)
+    assert verdict.verified == (truth < 0), (truth, verdict.sentence)
+
+
+def test_an_integrator_in_another_basis_is_judged(quickstart: ControlProblem) -> None:
+    """A rotation leaves a pole of 1e-10 rad/s where the integrator was; it is taken for what it is."""
+    controller = with_balanced_states(
+        from_transfer_function([-7.7e6, -7.7e6 * 72.0, -7.7e6 * 72.0 * 5.0], [1.0, 18_000.0, 0.0])
+    )
+    basis = np.linalg.qr(np.random.default_rng(2).normal(size=(2, 2)))[0]
+    rotated = StateSpace.of(basis.T @ controller.a @ basis, basis.T @ controller.b, controller.c @ basis, controller.d)
+    verdict = verify(quickstart, rotated, 0.6)
+    assert verdict.verified, verdict.sentence
+    assert verdict.worst_level == pytest.approx(worst_case(quickstart, controller).level, rel=1e-4)
