@@ -164,7 +164,8 @@ def _with_balanced_states(a: Matrix, b: Matrix, c: Matrix) -> tuple[Matrix, Matr
     whole[:n, :n], whole[:n, n : n + m], whole[n + m :, :n] = a, b, c
     if not np.isfinite(whole).all():
         return a, b, c
-    _, (scale, _) = matrix_balance(whole, permute=False, separate=True)
+    with np.errstate(invalid="ignore"):  # scipy also casts the scales to integers, which the largest do not survive
+        _, (scale, _) = matrix_balance(whole, permute=False, separate=True)
     scale = scale[:n]
     return a * scale / scale[:, None], b / scale[:, None], c * scale
 

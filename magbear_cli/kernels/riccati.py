@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, cho_factor, cho_solve, solve_continuous_are, solve_continuous_lyapunov
@@ -12,6 +14,7 @@ Matrix = NDArray[np.float64]
 
 ACCEPTED_RESIDUAL = 1e-8  # relative, entry by entry; ordinary problems end near 1e-15
 REFINEMENTS = 3
+SWEEPS = 60  # of balancing; a handful suffice
 
 
 def solve_care(a: Matrix, b: Matrix, q: Matrix, r: Matrix) -> tuple[Matrix, float]:
@@ -36,12 +39,13 @@ def solve_care(a: Matrix, b: Matrix, q: Matrix, r: Matrix) -> tuple[Matrix, floa
 
     Notes
     -----
-    Schur vectors of the extended Hamiltonian pencil (Laub 1979; Van Dooren 1981), refined by Newton steps, each a
-    Lyapunov equation (Kleinman 1968), for as long as they lower the residual.
+    Schur vectors of the extended Hamiltonian pencil (Laub 1979; Van Dooren 1981), in units of state, cost and time
+    that bring its entries together, refined by Newton steps, each a Lyapunov equation (Kleinman 1968), for as long as
+    they lower the residual.
     """
     inverse_r_bt = _checked(a, b, q, r)
     try:
-        x = np.asarray(solve_continuous_are(a, b, q, r), dtype=float)
+        x = _schur_solution(a, b @ np.linalg.inv(np.linalg.cholesky(r)).T, q)
     except (LinAlgError, ValueError) as error:
         raise NumericsError(
             "the Riccati equation has no stabilising solution: the control does not reach an unstable state, or the "
@@ -77,10 +81,37 @@ def _checked(a: Matrix, b: Matrix, q: Matrix, r: Matrix) -> Matrix:
     return np.asarray(cho_solve(factor, b.T), dtype=float)
 
 
+def _schur_solution(a: Matrix, b: Matrix, q: Matrix) -> Matrix:
+    """The solution for R = 1, which badly scaled data do not spoil."""
+    scale = _symplectic_scale(np.abs(a), np.abs(b @ b.T), np.abs(q))
+    a, b, q = a * scale / scale[:, None], b / scale[:, None], q * np.outer(scale, scale)
+    speed = float(max(np.abs(a).max(), np.abs(b @ b.T).max(), np.abs(q).max()))
+    x = solve_continuous_are(a / speed, b / np.sqrt(speed), q / speed, np.eye(b.shape[1]), balanced=False)
+    return np.asarray(x / np.outer(scale, scale), dtype=float)
+
+
+def _symplectic_scale(a: Matrix, control: Matrix, q: Matrix) -> Matrix:
+    """Powers of two t that bring t⁻¹ A t, t⁻¹ B Bᵀ t⁻¹ and t Q t to one size: Osborne's balancing, kept symplectic."""
+    scale = np.ones(a.shape[0])
+    for _ in range(SWEEPS):
+        before = scale.copy()
+        for i in range(scale.size):
+            others = np.where(np.arange(scale.size) == i, 0.0, scale)
+            row = (a[i] @ others + control[i] @ (1.0 / scale)) / scale[i]
+            column = (a[:, i] @ np.where(others > 0, 1.0 / scale, 0.0) + q[i] @ scale) * scale[i]
+            if row > 0 and column > 0:
+                scale[i] *= 2.0 ** round(0.5 * np.log2(row / column))
+        if (scale == before).all():
+            break
+    return scale
+
+
 def _newton_step(a: Matrix, b: Matrix, q: Matrix, r: Matrix, gain: Matrix) -> Matrix:
     """The cost of the feedback u = −K x, an improvement on the solution that gave K."""
     closed = a - b @ gain
-    x = solve_continuous_lyapunov(closed.T, -(q + gain.T @ r @ gain))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # of a singular equation: the residual is the judge
+        x = solve_continuous_lyapunov(closed.T, -(q + gain.T @ r @ gain))
     return np.asarray((x + x.T) / 2.0, dtype=float)
 
 
