@@ -6,8 +6,8 @@ units of the present right-hand sides; its own level, recomputed on a dense grid
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,7 @@ from magbear_cli.synthesis.fixed_order import best_lead
 from magbear_cli.synthesis.frequency_span import UNLIMITED_BANDWIDTH, FrequencySpan, frequency_span, with_bandwidth
 from magbear_cli.synthesis.half_plane_program import HalfPlaneProgram, Ratio
 from magbear_cli.synthesis.lag_chain import ChainRatio
+from magbear_cli.synthesis.stabilisation import stabilises
 
 Floats = NDArray[np.float64]
 
@@ -65,13 +66,12 @@ def design_exact_mass(problem: ControlProblem, options: ExactMassOptions) -> Des
     limited = with_bandwidth(problem)
     scaled, scaling = scale_problem(limited)
     found = list(_descents(scaled, options.max_order))
-    best = min(descent.level for descent in found)
-    chosen = min((d for d in found if d.level <= best * (1.0 + _LOSS)), key=lambda d: d.ratio.poles.size)
+    chosen = _simplest(scaled, found)
     controller = scaling.controller(chosen.ratio.controller())
     level = exact_level(problem, controller)
     statistics = {
         "cone_programs": float(sum(descent.solves for descent in found)),
-        "level_before_reduction": best,
+        "level_before_reduction": min(descent.level for descent in found),
         "frequencies": float(chosen.omega.size),
     }
     sentences = []
@@ -86,6 +86,19 @@ def design_exact_mass(problem: ControlProblem, options: ExactMassOptions) -> Des
     return Design(
         controller, Status.NOT_ACHIEVED if level > 1.0 else Status.OK, "; ".join(sentences), level, statistics
     )
+
+
+def _simplest(scaled: ControlProblem, found: Sequence[_Descent]) -> _Descent:
+    """The descent of the fewest states near the best, among those whose matrices do what their functions promised."""
+    kept = [
+        descent
+        for descent, controller in ((descent, descent.ratio.controller()) for descent in found)
+        if stabilises(scaled, controller) and exact_level(scaled, controller) <= descent.level * (1.0 + _LOSS)
+    ]
+    if not kept:
+        raise NumericsError("the exact real-mass problem gave no controller whose own matrices reach its level")
+    best = min(descent.level for descent in kept)
+    return min((d for d in kept if d.level <= best * (1.0 + _LOSS)), key=lambda d: d.ratio.poles.size)
 
 
 def exact_level(problem: ControlProblem, controller: StateSpace) -> float:
@@ -127,12 +140,12 @@ def _descents(scaled: ControlProblem, max_order: int) -> Iterator[_Descent]:
     dense = span.grid(_DENSE, margin=1e4)
     lead = best_lead(scaled)
     start = float(worst_case_over_mass(scaled, lead.response(dense), dense)[0].max())
-    program = HalfPlaneProgram(scaled, _lags(span, max_order), float(np.sqrt(span.fast)))
+    program = HalfPlaneProgram(scaled, _lags(span, max_order), float(np.sqrt(span.fast)), lead)
     optimum = _descend(program, lead, start, span.grid(_GRID), free_steps=_FREE)
     yield optimum
     present = optimum
     for order in range(max_order - 2, 1, -2):
-        program = HalfPlaneProgram(scaled, _lags(span, order), program.alpha)
+        program = replace(program, poles=_lags(span, order))
         try:
             present = _descend(program, present.ratio, present.level, present.omega, free_steps=0)
         except NumericsError:

@@ -28,6 +28,8 @@ Complexes = NDArray[np.complex128]
 Ratio = LagRatio | ChainRatio
 Directions = Callable[[Floats], Complexes]
 
+_LEAST = 1e-4  # of the mean: how small |Y d − X n| may become beside the reference's
+
 
 @dataclass(frozen=True, eq=False)
 class HalfPlaneProgram:
@@ -37,11 +39,13 @@ class HalfPlaneProgram:
     ----------
     poles : (n,) positive array, the lags of X and Y
     alpha : the speed of the stable denominator (s + α)²
+    reference : a plain stabilising controller, whose |Y d − X n| is the yardstick below
     """
 
     scaled: ControlProblem
     poles: Floats
     alpha: float
+    reference: LagRatio
 
     def free_directions(self, omega: Floats) -> Complexes:
         """θ = 1 when the plant is written over (s + α)²: the turn of that denominator, −1 at ω = ∞."""
@@ -74,7 +78,8 @@ class HalfPlaneProgram:
         """The controller with the largest s in |W1 Y d| + |W3 X n| + s u ≤ level·Re(θ (Y d − X n)), u the present Re.
 
         X and Y are sought in functions made orthonormal over the grid, in units of the present |X| and |Y|; the mean of
-        Re(θ (Y d − X n))/u is one.
+        Re(θ (Y d − X n))/r is one, r the reference's |Y d − X n|, and nowhere is it below a small part of that: a common
+        factor of X and Y could otherwise vanish at some frequency, and with it the meaning of the winding number.
 
         Raises
         ------
@@ -86,6 +91,7 @@ class HalfPlaneProgram:
         basis = chain_basis(self.poles, omega)
         x_basis, x_back = _orthonormal(basis / x_size[:, None])
         y_basis, y_back = _orthonormal(basis / y_size[:, None])
+        x_reference, y_reference = self.reference.numerator_denominator(omega)
         size = self.poles.size + 1
         linear: list[sparse.spmatrix] = []
         sides = []
@@ -98,8 +104,8 @@ class HalfPlaneProgram:
             linear.append(
                 sparse.hstack([sparse.csr_matrix(-level * side), *moduli, sparse.csr_matrix(np.ones((omega.size, 1)))])
             )
-            sides.append(side)
-        coefficients = _solve(linear, np.concatenate(sides).mean(axis=0), x_basis, y_basis)
+            sides.append(side * (unit / np.abs(y_reference * d - x_reference * n))[:, None])
+        coefficients = _solve(linear, np.concatenate(sides), x_basis, y_basis)
         x_new, y_new = x_back @ coefficients[:size], y_back @ coefficients[size:]
         return ChainRatio(self.poles, x_new, y_new)
 
@@ -107,10 +113,11 @@ class HalfPlaneProgram:
         return [plant_factors(self.scaled, omega, mass) for mass in end_masses_kg(self.scaled)]
 
 
-def _solve(linear: list[sparse.spmatrix], mean: Floats, x_basis: Complexes, y_basis: Complexes) -> Floats:
+def _solve(linear: list[sparse.spmatrix], sides: Floats, x_basis: Complexes, y_basis: Complexes) -> Floats:
     """The coefficients of X and Y that maximise s; unknowns: coefficients, |X| and |Y| at each frequency, s."""
-    count, unknowns = x_basis.shape[0], mean.size
-    rows = sum(block.shape[0] for block in linear)
+    count, unknowns = x_basis.shape[0], sides.shape[1]
+    rows = sides.shape[0]
+    none = sparse.csr_matrix((rows, 2 * count + 1))
     functions = np.zeros((2, count, 3, unknowns))
     for which, basis in enumerate((x_basis, y_basis)):
         columns = slice(0, basis.shape[1]) if which == 0 else slice(unknowns - basis.shape[1], unknowns)
@@ -120,14 +127,15 @@ def _solve(linear: list[sparse.spmatrix], mean: Floats, x_basis: Complexes, y_ba
     cones = sparse.hstack(
         [sparse.csr_matrix(functions.reshape(6 * count, unknowns)), tops, sparse.csr_matrix((6 * count, 1))]
     )
-    normalised = sparse.csr_matrix(np.concatenate([mean, np.zeros(2 * count + 1)])[None, :])
+    floors = sparse.hstack([sparse.csr_matrix(-sides), none])
+    normalised = sparse.csr_matrix(np.concatenate([sides.mean(axis=0), np.zeros(2 * count + 1)])[None, :])
     cost = np.zeros(unknowns + 2 * count + 1)
     cost[-1] = -1.0
     answer = solve_cone_program(
         cost,
-        sparse.vstack([*linear, cones, normalised]),
-        np.concatenate([np.zeros(rows + 6 * count), [1.0]]),
-        [(Cone.NONNEGATIVE, rows), *[(Cone.SECOND_ORDER, 3)] * (2 * count), (Cone.ZERO, 1)],
+        sparse.vstack([*linear, floors, cones, normalised]),
+        np.concatenate([np.zeros(rows), np.full(rows, -_LEAST), np.zeros(6 * count), [1.0]]),
+        [(Cone.NONNEGATIVE, 2 * rows), *[(Cone.SECOND_ORDER, 3)] * (2 * count), (Cone.ZERO, 1)],
         tolerance=1e-8,
     )
     if not answer.is_solved:
