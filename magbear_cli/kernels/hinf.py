@@ -19,6 +19,7 @@ ComplexMatrix = NDArray[np.complex128]
 
 RANK_TOLERANCE = 1e-10  # singular values below this fraction of the largest count as zero
 AXIS_TOLERANCE = 1e-8  # an eigenvalue this close to the imaginary axis, relative to the matrix, counts as on it
+LARGEST = 1e100  # entries beyond it overflow when they are squared
 LEAST_RCOND = 1e-12  # worse conditioned Riccati equations have been seen to give destabilising controllers
 
 SLICOT_SAYS = {
@@ -73,8 +74,8 @@ def hinf_controller(  # noqa: PLR0913 - the four matrices of a system are one th
     with a reciprocal condition number below 1e-12 counts as not solvable at this level. The answer is a candidate:
     close the loop and compute its norm before believing it.
     """
-    a, b, c = _with_balanced_states(a, b, c)
     require_hinf_plant(a, b, c, d, measurements=measurements, controls=controls)
+    a, b, c = _with_balanced_states(a, b, c)
     if not 0 < gamma < np.inf:
         raise NumericsError(f"the level gamma must be a positive number, not {gamma}")
     from slycot import sb10fd  # noqa: PLC0415 - a compiled library, loaded only when a controller is sought
@@ -158,16 +159,22 @@ def _with_balanced_states(a: Matrix, b: Matrix, c: Matrix) -> tuple[Matrix, Matr
     """The same plant with its states scaled by powers of two, so that the rows and columns of [A B; C 0] are alike.
 
     Inputs and outputs have their say here: D12 and D21 give them their units.
+
+    Raises
+    ------
+    NumericsError
+        when no such scale fits into double precision.
     """
     n, m = a.shape[0], b.shape[1]
     whole = np.zeros((n + m + c.shape[0],) * 2)
     whole[:n, :n], whole[:n, n : n + m], whole[n + m :, :n] = a, b, c
-    if not np.isfinite(whole).all():
-        return a, b, c
-    with np.errstate(invalid="ignore"):  # scipy also casts the scales to integers, which the largest do not survive
+    with np.errstate(invalid="ignore", over="ignore"):  # scipy casts the scales to integers; the check follows
         _, (scale, _) = matrix_balance(whole, permute=False, separate=True)
-    scale = scale[:n]
-    return a * scale / scale[:, None], b / scale[:, None], c * scale
+        scale = scale[:n]
+        balanced = a / scale[:, None] * scale, b / scale[:, None], c * scale
+    if not all(np.isfinite(matrix).all() and np.abs(matrix).max(initial=0.0) < LARGEST for matrix in balanced):
+        raise NumericsError("the plant's numbers span too many decades for double precision")
+    return balanced
 
 
 def _rank(matrix: Matrix, scale: float) -> int:
