@@ -35,7 +35,10 @@ class FixedOrder(Section):
     method: Literal["fixed_order"]
     order: int = Field(1, ge=1, le=6, description="Number of controller states.")
     uncertainty: Literal["real", "complex"] = Field(
-        "real", description="Minimise the exact worst case over the real mass, or peak mu with complex blocks."
+        "real", description="Take the mass as real (exact worst case) or as a complex perturbation (peak mu)."
+    )
+    minimise: Literal["worst_case", "ks_peak"] = Field(
+        "worst_case", description="The worst case itself, or the peak of |K S| with the worst case held at 1."
     )
 
 

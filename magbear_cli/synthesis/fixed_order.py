@@ -23,33 +23,48 @@ from magbear_cli.synthesis.half_plane import (
     widest_margin,
 )
 from magbear_cli.synthesis.lag_ratio import LagRatio
+from magbear_cli.synthesis.least_current import least_current
 from magbear_cli.synthesis.stabilisation import stabilises
 
 
 @dataclass(frozen=True)
 class FixedOrderOptions:
-    """``order``: states of the controller; ``uncertainty``: the mass as the real number it is, or a complex block."""
+    """What to search for.
+
+    ``order``: states of the controller; ``uncertainty``: the mass as the real number it is, or a complex block;
+    ``minimise``: the worst case itself, or the peak of |K S| with the worst case (or mu) held at 1.
+    """
 
     order: int = 1
     uncertainty: Literal["real", "complex"] = "real"
+    minimise: Literal["worst_case", "ks_peak"] = "worst_case"
 
 
 def design_fixed_order(problem: ControlProblem, options: FixedOrderOptions) -> Design:
-    """The controller of this order with the least worst case (real mass) or the least peak mu (complex blocks).
+    """The controller of this order with the least worst case (real mass) or peak mu (complex blocks), or least current.
 
-    The search is local, from several starts: what it reaches is an upper bound of the least level of this order.
+    The search is local, from several starts: what it reaches is an upper bound of the least value of this order. The
+    level of the answer is the worst case, the peak of mu, or the peak of |K S| in A/m, whichever was minimised.
     """
     scaled, scaling = scale_problem(with_bandwidth(problem))
     best = search_order(scaled, options)
     statistics = {"cone_programs": float(best.solves), "scaled_level": best.level}
-    sentence = ""
-    status = Status.OK
     if best.level > 1.0:
-        status = Status.NOT_ACHIEVED
         sentence = (
             f"the best controller of order {options.order} found reaches {best.level:.4g}, above the level 1 asked for"
         )
-    return Design(scaling.controller(best.controller.controller()), status, sentence, best.level, statistics)
+        controller = scaling.controller(best.controller.controller())
+        return Design(controller, Status.NOT_ACHIEVED, sentence, best.level, statistics)
+    if options.minimise == "ks_peak":
+        least = least_current(scale_problem(problem)[0], best.controller, options.uncertainty)
+        statistics["cone_programs"] += float(least.solves)
+        return Design(
+            scaling.controller(least.controller.controller()),
+            Status.OK,
+            level=least.level * scaling.gain_a_per_m,
+            statistics=statistics,
+        )
+    return Design(scaling.controller(best.controller.controller()), Status.OK, "", best.level, statistics)
 
 
 def search_order(scaled: ControlProblem, options: FixedOrderOptions) -> Descended[LagRatio]:

@@ -34,6 +34,8 @@ from magbear_cli.synthesis.parrott import held_scales, level_discs
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
+NO_RADIUS = 1e-9  # of |χ|: where neither bound asks for anything, the direction is that of χ alone
+
 
 @dataclass(frozen=True)
 class ConeRows:
@@ -76,11 +78,12 @@ def real_mass_rows(problem: ControlProblem, ratio: LagRatio, omega: Floats, leve
     zero = np.zeros_like(basis)
     numerator, denominator = basis @ ratio.x, basis @ ratio.y
     factors = [plant_factors(problem, omega, mass) for mass in end_masses_kg(problem)]
-    vectors = [
-        (denominator * d - numerator * n) / np.maximum(w1_d * np.abs(denominator) + w3_n * np.abs(numerator), 1e-300)
-        for d, n, w1_d, w3_n in factors
-    ]
-    rotation = np.conj(_nearest_direction(vectors[0], vectors[-1]))
+    vectors = []
+    for d, n, w1_d, w3_n in factors:
+        chi = denominator * d - numerator * n
+        radius = w1_d * np.abs(denominator) + w3_n * np.abs(numerator)
+        vectors.append(chi / np.maximum(radius, NO_RADIUS * np.abs(chi)))
+    rotation = np.conj(nearest_direction(vectors[0], vectors[-1]))
     moduli = np.concatenate([np.hstack([zero, basis]), np.hstack([basis, zero])])
     sides, mixes = [], []
     for d, n, w1_d, w3_n in factors:
@@ -89,7 +92,7 @@ def real_mass_rows(problem: ControlProblem, ratio: LagRatio, omega: Floats, leve
     return ConeRows(moduli, sparse.csr_matrix(sparse.vstack(mixes)), np.concatenate(sides))
 
 
-def _nearest_direction(first: Complexes, last: Complexes) -> Complexes:
+def nearest_direction(first: Complexes, last: Complexes) -> Complexes:
     """The direction of the point nearest to 0 on the segment between two points, for arrays of segments."""
     step = last - first
     along = np.clip(-(np.conj(step) * first).real / np.maximum(np.abs(step) ** 2, 1e-300), 0.0, 1.0)
@@ -118,6 +121,23 @@ def complex_mu_rows(problem: ControlProblem, ratio: LagRatio, omega: Floats, lev
     moduli = np.hstack([x_part, -centre[:, None] * y_chi])
     side = (radius * rotation)[:, None] * np.hstack([x_chi, y_chi])
     return ConeRows(moduli, sparse.csr_matrix(sparse.identity(omega.size)), side)
+
+
+def control_rows(problem: ControlProblem, ratio: LagRatio, omega: Floats, bound: float) -> ConeRows:
+    """|K S| ≤ bound at the nominal mass, with K S = X d/(Y d − X n) cleared of its denominator likewise."""
+    basis = lag_basis(ratio.poles, omega)
+    d, n, _, _ = plant_factors(problem, omega, problem.mass.nominal_kg)
+    chi = (basis @ ratio.y) * d - (basis @ ratio.x) * n
+    rotation = np.conj(chi) / np.abs(chi)
+    moduli = np.hstack([basis * d[:, None], np.zeros_like(basis)])
+    side = bound * rotation[:, None] * np.hstack([-basis * n[:, None], basis * d[:, None]])
+    return ConeRows(moduli, sparse.csr_matrix(sparse.identity(omega.size)), side)
+
+
+def both(first: ConeRows, second: ConeRows) -> ConeRows:
+    """The rows of two conditions on the same coefficients."""
+    mix = sparse.csr_matrix(sparse.block_diag([first.mix, second.mix]))
+    return ConeRows(np.concatenate([first.moduli, second.moduli]), mix, np.concatenate([first.side, second.side]))
 
 
 def widest_margin(rows: ConeRows, ratio: LagRatio) -> tuple[LagRatio, float]:

@@ -38,8 +38,8 @@ def level_discs(
     -----
     Turned by unitary matrices with first columns D p12 and D⁻¹ p̄21, r appears in one entry only, [[r', b], [c, A]].
     Parrott's theorem (Davis, Kahan and Weinberger, SIAM J. Numer. Anal. 1982) then gives the disc with the centre
-    −b (t² − A*A)⁻¹ A* c and the radius t √(1 − b (t² − A*A)⁻¹ b*) √(1 − c* (t² − A A*)⁻¹ c), when t is above
-    both ‖[c A]‖ and ‖[b; A]‖.
+    −b (t² − A*A)⁻¹ A* c and the radius t √(1 − b (t² − A*A)⁻¹ b*) √(1 − c* (t² − A A*)⁻¹ c), for t above both
+    ‖[c A]‖ and ‖[b; A]‖.
     """
     p11, p12, p21 = interconnection
     scaled = scales[:, :, None] * p11 / scales[:, None, :]
@@ -66,7 +66,7 @@ def level_discs(
 
 
 def held_scales(matrices: Complexes, level: float) -> NDArray[np.float64]:
-    """D-scales to hold during a step: those of mu, but at both ends of the grid those of the neighbour where they serve.
+    """D-scales to hold during a step: those of mu, but at the ends of the grid their neighbour's where these serve.
 
     At ω = 0 and ∞ a bound vanishes, mu is reached by no finite D, and the scales that come near it would freeze K S at
     its present value. The frequencies are ascending, the ends first and last.
