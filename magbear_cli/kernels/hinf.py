@@ -172,9 +172,13 @@ def _with_balanced_states(a: Matrix, b: Matrix, c: Matrix) -> tuple[Matrix, Matr
         _, (scale, _) = matrix_balance(whole, permute=False, separate=True)
         scale = scale[:n]
         balanced = a / scale[:, None] * scale, b / scale[:, None], c * scale
-    if not all(np.isfinite(matrix).all() and np.abs(matrix).max(initial=0.0) < LARGEST for matrix in balanced):
-        raise NumericsError("the plant's numbers span too many decades for double precision")
+    _require_moderate(*balanced)
     return balanced
+
+
+def _require_moderate(*matrices: Matrix) -> None:
+    if not all(np.isfinite(matrix).all() and np.abs(matrix).max(initial=0.0) < LARGEST for matrix in matrices):
+        raise NumericsError("the plant's numbers span too many decades for double precision")
 
 
 def _rank(matrix: Matrix, scale: float) -> int:
@@ -197,8 +201,10 @@ def _axis_zero(a: Matrix, b: Matrix, c: Matrix, d: Matrix) -> complex | None:
     Eliminating u = −D⁺ (C x) leaves the modes of A − B D⁺ C that the remaining outputs (I − D D⁺) C do not see.
     """
     inverse_d = np.linalg.pinv(d)
-    inner = a - b @ inverse_d @ c
-    outer = c - d @ inverse_d @ c
+    with np.errstate(over="ignore", invalid="ignore"):  # the check follows
+        inner = a - b @ inverse_d @ c
+        outer = c - d @ inverse_d @ c
+    _require_moderate(inner, outer)
     size = max(float(np.linalg.norm(inner, 2)), float(np.linalg.norm(a, 2)))
     for mode in np.linalg.eigvals(inner):
         on_axis = abs(mode.real) <= AXIS_TOLERANCE * size

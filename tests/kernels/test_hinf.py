@@ -285,3 +285,18 @@ def test_refuses_impossible_sizes_and_levels() -> None:
     for gamma in (0.0, -1.0, np.nan, np.inf):
         with pytest.raises(NumericsError, match="gamma must be"):
             hinf_controller(*_good(), measurements=1, controls=1, gamma=gamma)
+
+
+@pytest.mark.parametrize("exponent", [-150, 150])
+def test_numbers_near_the_ends_of_double_precision(exponent: int) -> None:
+    """Entries of 1e-150 or 1e150 end in a sentence or finite matrices, without a warning."""
+    generator = np.random.default_rng(3)
+    plant = tuple(generator.standard_normal(shape) for shape in ((3, 3), (3, 2), (3, 3)))
+    penalties = np.array(_PENALTIES) * 10.0 ** (-exponent)
+    try:
+        answer = hinf_controller(
+            plant[0], plant[1] * 10.0**exponent, plant[2], penalties, measurements=1, controls=1, gamma=1.0
+        )
+    except NumericsError:
+        return
+    assert answer.is_solved == (answer.sentence == "")
