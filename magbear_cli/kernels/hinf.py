@@ -6,6 +6,7 @@ them. So every assumption is tested here, in plain words, before the call.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -66,7 +67,7 @@ def hinf_controller(  # noqa: PLR0913 - the four matrices of a system are one th
     Raises
     ------
     NumericsError
-        when the plant breaks an assumption of the method, in the words of ``require_hinf_plant``.
+        when the plant breaks an assumption of the method, in the words of ``require_hinf_plant``, or SLICOT is missing.
 
     Notes
     -----
@@ -78,23 +79,32 @@ def hinf_controller(  # noqa: PLR0913 - the four matrices of a system are one th
     a, b, c = _with_balanced_states(a, b, c)
     if not 0 < gamma < np.inf:
         raise NumericsError(f"the level gamma must be a positive number, not {gamma}")
-    from slycot import sb10fd  # noqa: PLC0415 - a compiled library, loaded only when a controller is sought
-    from slycot.exceptions import SlycotArithmeticError  # noqa: PLC0415 - the same
-
+    sb10fd, slicot_stop = _slicot()
     n, m, p = a.shape[0], b.shape[1], c.shape[0]
     q = max(m, p)
     workspace = 2 * q * (3 * q + 2 * n) + (n + q) * (n + q + 6) + 2 * n * (n + 2 * q) + q * (4 * q + 5)
     workspace += 4 * q * q + 13 * n * n + 14 * n * q + 12 * n + 5 + 100
     try:
         *matrices, rcond = sb10fd(n, m, p, controls, measurements, gamma, a, b, c, d, ldwork=2 * workspace)
-    except SlycotArithmeticError as error:
-        return _no_controller(SLICOT_SAYS.get(error.info, f"SLICOT stopped with code {error.info}"), np.full(4, np.nan))
+    except slicot_stop as error:
+        code = int(getattr(error, "info", 0))
+        return _no_controller(SLICOT_SAYS.get(code, f"SLICOT stopped with code {code}"), np.full(4, np.nan))
     if not all(np.isfinite(matrix).all() for matrix in (*matrices, rcond)):
         return _no_controller("SLICOT returned numbers that are not finite", rcond)
     if rcond.min() < LEAST_RCOND:
         return _no_controller(f"a Riccati equation is too badly conditioned (rcond {rcond.min():.0e})", rcond)
     a_k, b_k, c_k, d_k = (np.asarray(matrix, dtype=float) for matrix in matrices)
     return HinfAnswer(is_solved=True, sentence="", a=a_k, b=b_k, c=c_k, d=d_k, rcond=rcond)
+
+
+def _slicot() -> tuple[Callable[..., tuple[Matrix, ...]], type[Exception]]:
+    """SLICOT's routine and the exception it stops with, loaded only when a controller is sought."""
+    try:
+        from slycot import sb10fd  # noqa: PLC0415 - a compiled library
+        from slycot.exceptions import SlycotArithmeticError  # noqa: PLC0415 - the same
+    except ImportError as error:
+        raise NumericsError(f"SLICOT cannot be loaded ({error}): install slycot again") from error
+    return sb10fd, SlycotArithmeticError
 
 
 def _no_controller(sentence: str, rcond: Matrix) -> HinfAnswer:

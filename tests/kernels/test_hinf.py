@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import faulthandler
+import sys
 from collections.abc import Callable, Iterator
 
 import numpy as np
@@ -300,3 +301,10 @@ def test_numbers_near_the_ends_of_double_precision(exponent: int) -> None:
     except NumericsError:
         return
     assert answer.is_solved == (answer.sentence == "")
+
+
+def test_without_slicot_there_is_a_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A library that cannot be loaded is named, with the remedy."""
+    monkeypatch.setitem(sys.modules, "slycot", None)
+    with pytest.raises(NumericsError, match="install slycot again"):
+        hinf_controller(*_good(), measurements=1, controls=1, gamma=2.0)
