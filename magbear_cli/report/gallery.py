@@ -1,0 +1,63 @@
+"""All drawings of a study, one after the other, so that no more than one is in memory."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+from magbear_cli.report.controller_gain_figure import controller_gain_drawings
+from magbear_cli.report.drawing import Drawing
+from magbear_cli.report.limitation_figure import limitation_drawing
+from magbear_cli.report.mu_figure import mu_drawing
+from magbear_cli.report.poles_figure import poles_drawing
+from magbear_cli.report.sensitivity_figure import sensitivity_drawing
+from magbear_cli.report.series import Labels
+from magbear_cli.report.step_figure import step_drawings
+from magbear_cli.report.sweep import find_sweep
+from magbear_cli.report.trade_off_figure import trade_off_drawings
+from magbear_cli.study.outcome import CaseOutcome, StudyResults
+
+ALWAYS = ("mu", "sensitivity", "controller_gain", "step")  # of a study that asks for none by name
+
+CaseDrawings = Callable[[CaseOutcome, tuple[CaseOutcome, ...], Labels], list[Drawing]]
+
+
+def _one(draw: Callable[[CaseOutcome, tuple[CaseOutcome, ...], Labels], Drawing | None]) -> CaseDrawings:
+    def drawings(outcome: CaseOutcome, outcomes: tuple[CaseOutcome, ...], labels: Labels) -> list[Drawing]:
+        drawing = draw(outcome, outcomes, labels)
+        return [] if drawing is None else [drawing]
+
+    return drawings
+
+
+PER_CASE: dict[str, CaseDrawings] = {
+    "mu": _one(mu_drawing),
+    "sensitivity": _one(sensitivity_drawing),
+    "poles": _one(poles_drawing),
+    "step": step_drawings,
+}
+
+
+def wanted_figures(results: StudyResults) -> list[str]:
+    """The kinds of figure that the study asks for, in its order."""
+    asked = results.report.get("figures") or ALWAYS
+    return [str(kind) for kind in asked]
+
+
+def study_drawings(results: StudyResults, labels: Labels) -> Iterator[Drawing]:
+    """The figures about several cases: limitation curves, the trade-off of order, controller gains."""
+    wanted = wanted_figures(results)
+    sweep = find_sweep(results.outcomes, labels) if "limitation" in wanted else None
+    if sweep is not None:
+        yield limitation_drawing(sweep)
+    yield from trade_off_drawings(results.outcomes, labels)
+    if "controller_gain" in wanted:
+        yield from controller_gain_drawings(results.outcomes, labels)
+
+
+def case_drawings(results: StudyResults, labels: Labels) -> Iterator[Drawing]:
+    """The figures about one case each, case by case in the order of the study."""
+    wanted = wanted_figures(results)
+    for outcome in results.outcomes:
+        for kind in wanted:
+            if kind in PER_CASE:
+                yield from PER_CASE[kind](outcome, results.outcomes, labels)

@@ -1,0 +1,114 @@
+"""S and T of the masses against the bounds 1/W1 and 1/W3, with the verdict written in."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+
+from magbear_cli.report.canvas import INK, decibel, frequency_axis, new_figure, note, panel_title, panels, pen
+from magbear_cli.report.drawing import Drawing, stacked
+from magbear_cli.report.numbers import kilograms, significant
+from magbear_cli.report.series import Labels, file_stem, frequency_view
+from magbear_cli.report.thinning import thinned
+from magbear_cli.study.outcome import CaseOutcome, Complexes, FrequencyStudy
+
+Floats = NDArray[np.float64]
+
+_DEPTH_DB = 80.0  # below the highest curve: what lies deeper says nothing
+_HEADROOM_DB = 22.0
+
+
+def sensitivity_drawing(outcome: CaseOutcome, outcomes: tuple[CaseOutcome, ...], labels: Labels) -> Drawing | None:
+    """The figure of S and T of one case; None when it has no curves."""
+    study = outcome.frequency
+    if study is None or not study.omega_rad_s.size:
+        return None
+    figure = new_figure(3.25)
+    left, right = panels(figure, 2, hertz=True)[0]
+    verdicts = (
+        _panel(left, study, study.sensitivity, study.performance_bound, ("S", "W₁", "Sensitivity |S|")),
+        _panel(
+            right,
+            study,
+            study.complementary_sensitivity,
+            study.bandwidth_bound,
+            ("T", "W₃", "Complementary sensitivity |T|"),
+        ),
+    )
+    left.set_ylabel("magnitude (dB)")
+    return Drawing(
+        name=f"sensitivity-{file_stem(outcome, outcomes)}",
+        title="Sensitivity functions against their bounds",
+        caption="Each mass keeps below the dotted bound when |W₁S| and |W₃T| stay below 1; the specification asks for "
+        "more, their sum at most 1 for every mass of the range.",
+        alt=f"Magnitudes of S and T in dB for {labels.case(outcome)}: {verdicts[0]}; {verdicts[1]}.",
+        figure=figure,
+        columns=_columns(study),
+        case_id=outcome.case_id,
+    )
+
+
+def _panel(axes: Axes, study: FrequencyStudy, response: Complexes, bound: Floats, words: tuple[str, str, str]) -> str:
+    symbol, weight, title = words
+    view = frequency_view(study)
+    shown = (study.omega_rad_s >= view[0]) & (study.omega_rad_s <= view[1])
+    omega = study.omega_rad_s[shown]
+    curves = [decibel(np.abs(row[shown])) for row in response]
+    for index, (mass, curve) in enumerate(zip(study.masses_kg, curves, strict=True)):
+        kept, style = thinned(np.log10(omega), curve), pen(index)
+        axes.plot(
+            omega[kept], curve[kept], color=style.color, linestyle=style.linestyle, label=f"{kilograms(float(mass))} kg"
+        )
+    limit = -decibel(bound[shown])
+    bounded = bool(np.isfinite(limit).any())
+    if bounded:
+        kept = thinned(np.log10(omega), limit)
+        axes.plot(omega[kept], limit[kept], color=INK, linewidth=1.1, linestyle=(0, (1, 1.5)), label=f"1/|{weight}|")
+    _set_height(axes, curves)
+    frequency_axis(axes, view)
+    panel_title(axes, title, hertz=True)
+    spoken, drawn = _verdict(study, np.abs(response) * bound, symbol, weight, bounded=bounded)
+    falls = symbol == "T"
+    note(axes, drawn, "upper right" if falls else "upper left")
+    axes.legend(loc="lower left" if falls else "lower right")
+    return spoken
+
+
+def _set_height(axes: Axes, curves: list[Floats]) -> None:
+    finite = np.concatenate([curve[np.isfinite(curve)] for curve in curves]) if curves else np.empty(0)
+    if not finite.size:
+        return
+    top = float(finite.max())
+    bottom = max(float(finite.min()), top - _DEPTH_DB)
+    axes.set_ylim(bottom - 4.0, top + _HEADROOM_DB)
+
+
+def _verdict(study: FrequencyStudy, weighted: Floats, symbol: str, weight: str, *, bounded: bool) -> tuple[str, str]:
+    """What the panel shows in plain words, and the same for the panel itself."""
+    if not bounded:
+        return f"there is no bound on {symbol}", f"no bound on {symbol}"
+    if not np.isfinite(weighted).any():
+        return f"{symbol} has no finite values", "no finite values"
+    row, column = np.unravel_index(int(np.nanargmax(np.where(np.isfinite(weighted), weighted, -1.0))), weighted.shape)
+    worst, mass = float(weighted[row, column]), kilograms(float(study.masses_kg[row]))
+    place = "below" if worst <= 1.0 else "above"
+    return (
+        f"{symbol} is {place} its bound, the largest |{weight}{symbol}| is {significant(worst)} at {mass} kg",
+        f"{place} the bound: largest |{weight}{symbol}| is {significant(worst)}, at {mass} kg",
+    )
+
+
+def _columns(study: FrequencyStudy) -> dict[str, list[object]]:
+    tables = [
+        {
+            "mass_kg": [float(mass)] * study.omega_rad_s.size,
+            "omega_rad_s": study.omega_rad_s.tolist(),
+            "abs_sensitivity": np.abs(study.sensitivity[row]).tolist(),
+            "abs_complementary_sensitivity": np.abs(study.complementary_sensitivity[row]).tolist(),
+            "abs_w1": study.performance_bound.tolist(),
+            "abs_w3": study.bandwidth_bound.tolist(),
+        }
+        for row, mass in enumerate(study.masses_kg)
+    ]
+    return stacked(tables)

@@ -1,0 +1,82 @@
+"""The report on disk: one page, its figures as SVG, PNG and PDF, and the numbers behind each as CSV."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from magbear_cli.errors import ResumableError
+from magbear_cli.report.matplotlib_home import settle_matplotlib_home
+from magbear_cli.study.outcome import StudyResults
+
+PAGE = "index.html"
+FOLDERS = ("figures", "tables")
+_OURS = re.compile(
+    r"(mu|sensitivity|controller_gain|step|poles|limitation|trade_off)(-[A-Za-z0-9_]+)*\.(svg|png|pdf|csv)"
+)
+
+
+def write_report(results: StudyResults, directory: Path, *, progress: Callable[[str], None] | None = None) -> Path:
+    """Write the report of a study and answer the page's path; the same study gives the same bytes.
+
+    Parameters
+    ----------
+    results : the study
+    directory : where ``index.html``, ``figures/`` and ``tables/`` go; figures of an earlier report that are not part
+        of this one are taken away
+    progress : told the name of each figure when it is drawn
+
+    Raises
+    ------
+    ResumableError
+        when the system refuses a file; an older page then stands as it was.
+    """
+    settle_matplotlib_home()
+    from magbear_cli.report.rendering import report_files  # noqa: PLC0415 - matplotlib looks for its home when imported
+
+    written: set[Path] = set()
+    with _told_as_sentence(directory):
+        for name, content in report_files(results):
+            path = directory / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            _write(path, content)
+            written.add(path)
+            if progress is not None and path.suffix == ".svg":
+                progress(path.stem)
+        _remove_stale(directory, written)
+    return directory / PAGE
+
+
+def _write(path: Path, content: bytes) -> None:
+    """Put the bytes under the name, whole or not at all."""
+    temporary = path.with_name(f".tmp-{path.name}")
+    try:
+        temporary.write_bytes(content)
+        temporary.replace(path)
+    except BaseException:
+        with contextlib.suppress(OSError):
+            temporary.unlink()
+        raise
+
+
+def _remove_stale(directory: Path, written: set[Path]) -> None:
+    """Take away the figures that an earlier report left and this one does not have; no other file."""
+    for part in FOLDERS:
+        for path in (directory / part).glob("*"):
+            if _OURS.fullmatch(path.name) and path not in written:
+                path.unlink()
+
+
+@contextlib.contextmanager
+def _told_as_sentence(directory: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        where = error.filename or directory
+        raise ResumableError(
+            f"{os.fspath(where)}: the report could not be written: {error.strerror or error}; "
+            "the results are kept, magbear report draws it again"
+        ) from error
