@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -14,7 +14,7 @@ from magbear_cli.model.robust_performance import worst_case_over_mass
 from magbear_cli.model.scaling import scale_problem
 from magbear_cli.synthesis.descent import Descended, Descent, Grids
 from magbear_cli.synthesis.design import Design
-from magbear_cli.synthesis.frequency_span import frequency_span, with_bandwidth
+from magbear_cli.synthesis.frequency_span import FrequencySpan, frequency_span, with_bandwidth
 from magbear_cli.synthesis.half_plane import (
     complex_mu_level,
     complex_mu_rows,
@@ -23,7 +23,7 @@ from magbear_cli.synthesis.half_plane import (
     widest_margin,
 )
 from magbear_cli.synthesis.lag_ratio import LagRatio
-from magbear_cli.synthesis.least_current import least_current
+from magbear_cli.synthesis.least_current import least_current_descent
 from magbear_cli.synthesis.stabilisation import stabilises
 
 
@@ -56,7 +56,7 @@ def design_fixed_order(problem: ControlProblem, options: FixedOrderOptions) -> D
         controller = scaling.controller(best.controller.controller())
         return Design(controller, Status.NOT_ACHIEVED, sentence, best.level, statistics)
     if options.minimise == "ks_peak":
-        least = least_current(scale_problem(problem)[0], best.controller, options.uncertainty)
+        least = _search_least_current(scale_problem(problem)[0], best, options)
         statistics["cone_programs"] += float(least.solves)
         return Design(
             scaling.controller(least.controller.controller()),
@@ -68,29 +68,55 @@ def design_fixed_order(problem: ControlProblem, options: FixedOrderOptions) -> D
 
 
 def search_order(scaled: ControlProblem, options: FixedOrderOptions) -> Descended[LagRatio]:
-    """Descend from a lead at order 1; at each further order from the best before it with one lag added."""
+    """Descend on the level from a lead at order 1; at each further order from the best before it with one lag more."""
     span = frequency_span(scaled)
     grids = Grids(span.grid(70), span.grid(900, margin=1e4))
     descent = ratio_descent(scaled, options.uncertainty)
-    best = descent.run(best_lead(scaled), grids)
+    return _grow(descent.run(best_lead(scaled), grids), options.order, descent, grids, span)
+
+
+def _search_least_current(
+    scaled: ControlProblem, meeting: Descended[LagRatio], options: FixedOrderOptions
+) -> Descended[LagRatio]:
+    """Descend on the peak of |K S|: from the lead, growing, where a lead meets the specification; else as it stands.
+
+    ``meeting`` is a controller of the full order that meets the specification.
+    """
+    span = frequency_span(with_bandwidth(scaled))
+    grids = Grids(span.grid(80), span.grid(900, margin=1e4))
+    descent = least_current_descent(scaled, options.uncertainty)
+    direct = descent.run(meeting.controller, grids)
+    first = search_order(with_bandwidth(scaled), replace(options, order=1))
+    if options.order == 1 or first.level > 1.0:
+        return direct
+    grown = _grow(descent.run(first.controller, grids), options.order, descent, grids, span)
+    best = min(direct, grown, key=lambda descended: descended.level)
+    return replace(best, solves=direct.solves + first.solves + grown.solves)
+
+
+def _grow(
+    best: Descended[LagRatio], order: int, descent: Descent[LagRatio], grids: Grids, span: FrequencySpan
+) -> Descended[LagRatio]:
+    """One lag more at a time, each time descending from several places for it."""
     solves = best.solves
-    for _ in range(1, options.order):
+    for _ in range(best.controller.poles.size, order):
         lags = _new_lags(best.controller.poles, span.slow, 3.0 * span.fast)
         trials = [descent.run(best.controller.with_lag(lag), grids) for lag in lags]
         solves += sum(trial.solves for trial in trials)
         best = min(trials, key=lambda trial: trial.level)
-    return Descended(best.controller, best.level, solves)
+    return replace(best, solves=solves)
 
 
 def ratio_descent(scaled: ControlProblem, uncertainty: Literal["real", "complex"]) -> Descent[LagRatio]:
     """The descent of K = X/Y on the worst case over the real mass, or on mu with complex blocks."""
+    span = frequency_span(scaled)
     level, rows = (real_mass_level, real_mass_rows) if uncertainty == "real" else (complex_mu_level, complex_mu_rows)
 
     def measure(ratio: LagRatio, omega: NDArray[np.float64]) -> NDArray[np.float64]:
         return level(scaled, ratio.response(omega), omega)
 
     def propose(ratio: LagRatio, omega: NDArray[np.float64], target: float) -> tuple[LagRatio, float]:
-        return widest_margin(rows(scaled, ratio, omega, target), ratio)
+        return widest_margin(rows(scaled, ratio, omega, target), ratio, span.fastest_pole)
 
     return Descent(measure, propose, lambda ratio: stabilises(scaled, ratio.controller()))
 

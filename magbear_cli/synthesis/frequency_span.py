@@ -12,6 +12,7 @@ from magbear_cli.model.problem import ControlProblem
 # Without a bandwidth limit more gain always helps; the design then rolls off as if omega_c were this many times the
 # fastest of the unstable pole and W1's poles, and is judged without that limit.
 UNLIMITED_BANDWIDTH = 300.0
+FASTEST_POLE = 30.0  # times the fastest mark: what the sum of a searched controller's poles may reach
 
 
 @dataclass(frozen=True)
@@ -20,6 +21,11 @@ class FrequencySpan:
 
     slow: float
     fast: float
+
+    @property
+    def fastest_pole(self) -> float:
+        """The bound of the speed of a controller's poles."""
+        return FASTEST_POLE * self.fast
 
     def grid(self, points: int, *, margin: float = 100.0) -> NDArray[np.float64]:
         """0, a logarithmic grid that reaches beyond both ends by the margin, and ∞."""

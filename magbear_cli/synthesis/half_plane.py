@@ -129,19 +129,23 @@ def control_rows(problem: ControlProblem, ratio: LagRatio, omega: Floats, bound:
     d, n, _, _ = plant_factors(problem, omega, problem.mass.nominal_kg)
     chi = (basis @ ratio.y) * d - (basis @ ratio.x) * n
     rotation = np.conj(chi) / np.abs(chi)
-    moduli = np.hstack([basis * d[:, None], np.zeros_like(basis)])
-    side = bound * rotation[:, None] * np.hstack([-basis * n[:, None], basis * d[:, None]])
+    moduli = np.asarray(np.hstack([basis * d[:, None], np.zeros_like(basis)]), dtype=complex)
+    side = np.asarray(bound * rotation[:, None] * np.hstack([-basis * n[:, None], basis * d[:, None]]), dtype=complex)
     return ConeRows(moduli, sparse.csr_matrix(sparse.identity(omega.size)), side)
 
 
 def both(first: ConeRows, second: ConeRows) -> ConeRows:
     """The rows of two conditions on the same coefficients."""
     mix = sparse.csr_matrix(sparse.block_diag([first.mix, second.mix]))
-    return ConeRows(np.concatenate([first.moduli, second.moduli]), mix, np.concatenate([first.side, second.side]))
+    moduli = np.asarray(np.concatenate([first.moduli, second.moduli]), dtype=complex)
+    return ConeRows(moduli, mix, np.asarray(np.concatenate([first.side, second.side]), dtype=complex))
 
 
-def widest_margin(rows: ConeRows, ratio: LagRatio) -> tuple[LagRatio, float]:
+def widest_margin(rows: ConeRows, ratio: LagRatio, fastest_pole: float) -> tuple[LagRatio, float]:
     """The controller with the largest relative margin s in Σ mix |moduli·v| + s·(present side) ≤ Re(side·v).
+
+    The sum of the controller's poles, −Σ p_k (1 + y_k), is held above −fastest_pole: without that bound a descent may
+    trade a little for a pole at no frequency that anybody builds.
 
     Raises
     ------
@@ -164,16 +168,17 @@ def widest_margin(rows: ConeRows, ratio: LagRatio) -> tuple[LagRatio, float]:
     places = (np.arange(0, 3 * count, 3), np.arange(count))
     tops = sparse.csr_matrix((-np.ones(count), places), shape=(3 * count, count))
     cones = sparse.hstack([sparse.csr_matrix(stacked), tops, sparse.csr_matrix((3 * count, 1))])
-    ends = sparse.csr_matrix(
-        ([1.0, -1.0], ([0, 1], [size, unknowns + count])), shape=(2, unknowns + count + 1)
-    )  # y0 = 1; margin at least −10, so that the program is never unbounded
+    ends = sparse.lil_matrix((3, unknowns + count + 1))  # y0 = 1; margin ≥ −10, so that it is bounded; pole sum
+    ends[0, size], ends[1, unknowns + count] = 1.0, -1.0
+    ends[2, size + 1 : unknowns] = ratio.poles / fastest_pole
+    bounds = [1.0, 10.0, 1.0 - float(ratio.poles.sum()) / fastest_pole]
     cost = np.zeros(unknowns + count + 1)
     cost[-1] = 1.0
     answer = solve_cone_program(
         cost,
         sparse.vstack([linear, cones, ends]),
-        np.concatenate([np.zeros(rows_count + 3 * count), [1.0, 10.0]]),
-        [(Cone.NONNEGATIVE, rows_count), *[(Cone.SECOND_ORDER, 3)] * count, (Cone.ZERO, 1), (Cone.NONNEGATIVE, 1)],
+        np.concatenate([np.zeros(rows_count + 3 * count), bounds]),
+        [(Cone.NONNEGATIVE, rows_count), *[(Cone.SECOND_ORDER, 3)] * count, (Cone.ZERO, 1), (Cone.NONNEGATIVE, 2)],
         tolerance=1e-8,
     )
     if not answer.is_solved:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from magbear_cli.model.problem import ControlProblem
 from magbear_cli.model.robust_performance import control_sensitivity
-from magbear_cli.synthesis.descent import Descended, Descent, Grids
+from magbear_cli.synthesis.descent import Descent
 from magbear_cli.synthesis.frequency_span import frequency_span, with_bandwidth
 from magbear_cli.synthesis.half_plane import (
     both,
@@ -29,13 +29,12 @@ SPECIFICATION = 0.999  # of the level asked for: what is left covers the frequen
 PENALTY = 1e9  # a frequency that misses the specification counts as this many times its |K S|
 
 
-def least_current(
-    scaled: ControlProblem, start: LagRatio, uncertainty: Literal["real", "complex"]
-) -> Descended[LagRatio]:
-    """Descend on the peak of |K S| at the nominal mass from a controller that meets the specification.
+def least_current_descent(scaled: ControlProblem, uncertainty: Literal["real", "complex"]) -> Descent[LagRatio]:
+    """The descent on the peak of |K S| at the nominal mass among controllers that meet the specification.
 
-    The level of the answer is that peak, in the units of the scaled problem.
+    It starts from one that does. Its level is that peak, in the units of the scaled problem.
     """
+    span = frequency_span(with_bandwidth(scaled))
     level, rows = (real_mass_level, real_mass_rows) if uncertainty == "real" else (complex_mu_level, complex_mu_rows)
 
     def measure(ratio: LagRatio, omega: Floats) -> Floats:
@@ -45,8 +44,6 @@ def least_current(
 
     def propose(ratio: LagRatio, omega: Floats, target: float) -> tuple[LagRatio, float]:
         conditions = both(rows(scaled, ratio, omega, SPECIFICATION), control_rows(scaled, ratio, omega, target))
-        return widest_margin(conditions, ratio)
+        return widest_margin(conditions, ratio, span.fastest_pole)
 
-    span = frequency_span(with_bandwidth(scaled))
-    descent = Descent(measure, propose, lambda ratio: stabilises(scaled, ratio.controller()))
-    return descent.run(start, Grids(span.grid(80), span.grid(900, margin=1e4)))
+    return Descent(measure, propose, lambda ratio: stabilises(scaled, ratio.controller()))
