@@ -9,6 +9,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from magbear_cli.study.naming import controller_name
 from magbear_cli.study.outcome import CaseOutcome, StepOutcome, StudyResults
 
 MOST_STEPS = 60
@@ -42,7 +43,7 @@ def _case_table(outcomes: Sequence[CaseOutcome]) -> Table:
         table.add_row(
             outcome.case_id[:8],
             outcome.status.value,
-            controller_label(outcome),
+            controller_name(outcome.inputs["controller"]),
             _mass(outcome.mass_kg),
             _figure(outcome.omega_c_rad_s, ".6g"),
             _figure(summary.worst_case, ".4f"),
@@ -65,7 +66,7 @@ def _step_table(steps: Sequence[tuple[CaseOutcome, StepOutcome]]) -> Table:
         prefilter = step.scenario.get("prefilter")
         table.add_row(
             outcome.case_id[:8],
-            controller_label(outcome),
+            controller_name(outcome.inputs["controller"]),
             f"{step.mass_kg:.3g}",
             f"{step.step_m * 1e6:.4g}",
             DASH if prefilter is None else f"{prefilter['omega_rad_s']:.6g}",
@@ -75,23 +76,6 @@ def _step_table(steps: Sequence[tuple[CaseOutcome, StepOutcome]]) -> Table:
             f"touched down at {step.time_s[-1] * 1e3:.3g} ms" if step.touched_down else step.end.replace("_", " "),
         )
     return table
-
-
-def controller_label(outcome: CaseOutcome) -> str:
-    """The method with the options that tell its cases apart."""
-    options = outcome.inputs["controller"]
-    words = [outcome.method.replace("_", " ")]
-    if outcome.method == "fixed_order":
-        words = [f"order {options['order']}"]
-        if options["minimise"] == "ks_peak":
-            words.append("least current")
-    if options.get("uncertainty") == "complex":
-        words.append("complex")
-    if options.get("form") == "as_printed":
-        words.append("as printed")
-    if outcome.method == "stored":
-        words.append(str(options.get("source", "")))
-    return " ".join(words)
 
 
 def _mass(mass_kg: float | list[float]) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magbear_cli.report.numbers import mass_text, omega_text, shortest
+from magbear_cli.study.naming import NAMED_OPTIONS, controller_name
 from magbear_cli.study.outcome import CaseOutcome, FrequencyStudy
 
 Floats = NDArray[np.float64]
@@ -35,16 +36,15 @@ class Labels:
             self._varying[method] = sorted(key for key, values in options.items() if len(values) > 1)
 
     def controller(self, outcome: CaseOutcome) -> str:
-        """``mu_convex``, or ``fixed_order (order 1)`` where there are several of that method."""
+        """Its name, with the further options in which this study's controllers of that method differ."""
         controller = outcome.inputs["controller"]
-        if outcome.method == "stored" and "name" in controller:
-            return f"stored ({_short(controller['name'])})"
         told = [
             f"{_spoken(key)} {_short(controller[key])}"
             for key in self._varying.get(outcome.method, [])
-            if key in controller and key not in {"method", "a", "b", "c", "d", "source"}
+            if key in controller and key not in NAMED_OPTIONS
         ]
-        return f"{outcome.method} ({', '.join(told)})" if told else outcome.method
+        name = _short(controller_name(controller))
+        return f"{name} ({', '.join(told)})" if told else name
 
     def case(self, outcome: CaseOutcome) -> str:
         """A case in one line: controller, mass, bandwidth limit."""

@@ -25,7 +25,7 @@ def test_only_options_that_differ_are_told(make_case: MakeCase) -> None:
         )
     ]
     labels = Labels(cases)
-    assert [labels.controller(case) for case in cases] == ["hinf", "fixed_order (order 1)", "fixed_order (order 2)"]
+    assert [labels.controller(case) for case in cases] == ["hinf", "fixed_order 1", "fixed_order 2"]
 
 
 def test_files_of_equal_ids_have_different_names(make_case: MakeCase) -> None:

@@ -47,7 +47,7 @@ def test_the_simplest_controller_is_named_beside_the_best(make_case: MakeCase, m
     rich = replace(rich, summary=replace(rich.summary, worst_case=0.9 * (simple.summary.worst_case or 0.0)))
     study = make_study(rich, simple)
     (sentence,) = remarks(study, Labels(study.outcomes))
-    assert sentence.index("fixed_order with 1 state") < sentence.index("mu_convex with 12 states")
+    assert sentence.index("fixed_order 1 with 1 state") < sentence.index("mu_convex with 12 states")
 
 
 def test_touch_downs_are_counted(mixed_study: StudyResults) -> None:

@@ -1,0 +1,23 @@
+"""What a controller is called in tables and figures: its method, and the options that change what it is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+NAMED_OPTIONS = frozenset({"method", "order", "uncertainty", "minimise", "form", "source", "a", "b", "c", "d"})
+
+
+def controller_name(controller: Mapping[str, Any]) -> str:
+    """A name such as ``fixed_order 2, least current``, ``mu_convex, complex mu`` or ``stored (k.json)``."""
+    method = str(controller["method"])
+    words = [f"fixed_order {controller['order']}" if method == "fixed_order" else method]
+    if method == "stored":
+        words = [f"stored ({controller.get('source', controller.get('path', ''))})"]
+    if controller.get("uncertainty") == "complex":
+        words.append("complex mu")
+    if controller.get("minimise") == "ks_peak":
+        words.append("least current")
+    if controller.get("form") == "as_printed":
+        words.append("as printed")
+    return ", ".join(words)
