@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullFormatter
+from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
 
 from magbear_cli.errors import Status
 from magbear_cli.report.canvas import COLOURS, DASHES, INK, LEVEL, MARKERS, SOFT, new_figure, panel_title, panels
@@ -31,6 +32,7 @@ _WITHOUT_LEVEL = {  # markers at the head of the panel
     Status.OK: ("|", "no answer"),
 }
 _LEGEND_ROW_IN = 0.165
+_STRIP_ROW = 0.055  # of the height of the panel below the strip
 _MOST_CURVES_WITH_CROSSINGS = 9
 
 
@@ -71,12 +73,13 @@ def _scale(axes: list[Axes], sweep: Sweep) -> None:
     """Both panels alike: logarithmic levels, a strip at the head for cases without one."""
     levels = [*_levels(sweep), 1.0]
     low, high = min(levels) / 1.25, max(1.3, max(levels) * 1.15)
-    head = high * (high / low) ** (0.1 if _has_strip(sweep) else 0.0)
+    head = high * (high / low) ** (_STRIP_ROW * len(_strip_rows(sweep)))
     values = sorted({value for curve in sweep.curves for value in curve.values})
     for panel in axes:
         panel.set_yscale("log")
         panel.set_ylim(low, head)
-        panel.yaxis.set_major_locator(LogLocator(10.0, subs=(1.0, 2.0, 3.0, 5.0) if head / low < 30 else (1.0,)))
+        panel.yaxis.set_major_locator(FixedLocator(_level_ticks(low, high)))
+        panel.yaxis.set_minor_locator(FixedLocator([]))
         panel.yaxis.set_major_formatter(FuncFormatter(lambda level, _: f"{level:g}"))
         panel.yaxis.set_minor_formatter(NullFormatter())
         if _is_logarithmic(sweep.axis, values):
@@ -91,9 +94,20 @@ def _scale(axes: list[Axes], sweep: Sweep) -> None:
             panel.axhspan(high, head, facecolor="#e9edf0", edgecolor="none", zorder=0.5)
 
 
-def _has_strip(sweep: Sweep) -> bool:
-    """Whether a case has no level to draw."""
-    return any(measure(case) is None for _, measure, _ in MEASURES for curve in sweep.curves for case in curve.cases)
+def _level_ticks(low: float, high: float) -> list[float]:
+    """Round levels for a logarithmic axis, the fewer to a decade the longer it is; none in the strip."""
+    digits = (1.0, 2.0, 3.0, 5.0) if high < 30 * low else (1.0, 2.0, 5.0) if high < 300 * low else (1.0,)
+    decades = range(int(np.floor(np.log10(low))), int(np.ceil(np.log10(high))) + 1)
+    return [digit * 10.0**decade for decade in decades for digit in digits if low <= digit * 10.0**decade <= high]
+
+
+def _strip_rows(sweep: Sweep) -> list[Curve]:
+    """The curves with a case that has no level: each has a row of its own in the strip at the head."""
+    return [
+        curve
+        for curve in sweep.curves
+        if any(measure(case) is None for _, measure, _ in MEASURES for case in curve.cases)
+    ]
 
 
 def _is_logarithmic(axis: Axis, values: list[float]) -> bool:
@@ -130,8 +144,7 @@ def _draw_curve(panel: Axes, curve: Curve, measure: Measure, sweep: Sweep) -> No
     points = [(value, case, measure(case)) for value, case in zip(curve.values, curve.cases, strict=True)]
     line = [(value, level) for value, _, level in points if level is not None]
     panel.plot(*zip(*line, strict=True), color=colour, linestyle=dashes, linewidth=1.3, zorder=3) if line else None
-    low, head = panel.get_ylim()
-    strip = head * (low / head) ** 0.045
+    strip = _strip_height(panel, curve, sweep)
     for value, case, level in points:
         if level is None:
             mark = _WITHOUT_LEVEL[case.status][0]
@@ -152,6 +165,16 @@ def _draw_curve(panel: Axes, curve: Curve, measure: Measure, sweep: Sweep) -> No
     for crossing in crossings(curve, measure, sweep.axis):
         if crossing.value is not None:
             panel.plot(crossing.value, 1.0, "D", markersize=5.5, markerfacecolor="none", color=INK, zorder=5)
+
+
+def _strip_height(panel: Axes, curve: Curve, sweep: Sweep) -> float:
+    """Where the curve's row in the strip is, as a level."""
+    rows = _strip_rows(sweep)
+    if curve not in rows:
+        return float("nan")
+    low, head = panel.get_ylim()
+    share = _STRIP_ROW / (1.0 + _STRIP_ROW * len(rows))
+    return float(head * (low / head) ** (share * (rows.index(curve) + 0.55)))
 
 
 def _legends(figure: Figure, sweep: Sweep) -> None:
@@ -201,11 +224,14 @@ def _marks(sweep: Sweep) -> list[tuple[str, str, str]]:
 def _crossing_text(curve: Curve, sweep: Sweep) -> str:
     if len(sweep.curves) > _MOST_CURVES_WITH_CROSSINGS:
         return ""
-    parts = []
+    parts, brackets = [], []
     for name, (_, measure, _) in zip(("µ", "worst case"), MEASURES, strict=True):
-        found = [crossing.text(sweep.axis) for crossing in crossings(curve, measure, sweep.axis)]
-        if found:
-            parts.append(f"{name} = {' and '.join(found)}")
+        found = crossings(curve, measure, sweep.axis)
+        near = [crossing.text(sweep.axis) for crossing in found if crossing.value is not None]
+        if near:
+            parts.append(f"{name} = 1 {' and '.join(near)}")
+        brackets += [crossing.text(sweep.axis) for crossing in found if crossing.value is None]
+    parts += [f"limit {text}" for text in dict.fromkeys(brackets)]
     return f":  {';  '.join(parts)}" if parts else ""
 
 

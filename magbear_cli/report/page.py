@@ -17,7 +17,8 @@ from magbear_cli.report.verdict import headline, remarks
 from magbear_cli.study.outcome import CaseOutcome, StudyResults
 
 MOST_UNFOLDED = 12  # figures of single cases; more are folded away
-_BEFORE_TABLES = ("limitation", "trade_off")
+MOST_TRADE_OFFS = 3  # before the tables; more go to the controllers
+MOST_CONTROLLERS = 4  # more are folded away
 
 
 @dataclass(frozen=True)
@@ -65,16 +66,17 @@ class CaseSection:
 def render_page(results: StudyResults, labels: Labels, plates: Plates) -> str:
     """The HTML of the page."""
     own = [plate for plate in plates.plates if plate.case_id is not None]
-    shared = [plate for plate in plates.plates if plate.case_id is None]
+    overview, controllers = _shared(plates)
     return _template().render(
         name=results.name,
         style=Markup(_resource("page.css")),  # noqa: S704 - a file of this package
         headline=headline(results.outcomes),
         remarks=remarks(results, labels),
         letters=plates.letters,
-        overview_title=_overview_title(shared),
-        overview=[plate for plate in shared if plate.name.startswith(_BEFORE_TABLES)],
-        controllers=[plate for plate in shared if not plate.name.startswith(_BEFORE_TABLES)],
+        overview_title=_overview_title(overview),
+        overview=overview,
+        controllers=controllers,
+        controllers_unfolded=len(controllers) <= MOST_CONTROLLERS,
         case_heads=tables.CASE_HEADS,
         case_rows=tables.case_rows(results, labels),
         step_heads=tables.STEP_HEADS,
@@ -86,6 +88,15 @@ def render_page(results: StudyResults, labels: Labels, plates: Plates) -> str:
         study_text=results.study_text,
         study_file=tables.STUDY_FILE,
     )
+
+
+def _shared(plates: Plates) -> tuple[list[Plate], list[Plate]]:
+    """The figures about several cases: those that stand before the tables, and those about controllers."""
+    shared = [plate for plate in plates.plates if plate.case_id is None]
+    trade_offs = sum(plate.name.startswith("trade_off") for plate in shared)
+    first = ("limitation", "trade_off") if trade_offs <= MOST_TRADE_OFFS else ("limitation",)
+    before = [plate for plate in shared if plate.name.startswith(first)]
+    return before, [plate for plate in shared if plate not in before]
 
 
 def _overview_title(plates: Sequence[Plate]) -> str:

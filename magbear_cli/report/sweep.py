@@ -46,18 +46,23 @@ class Curve:
 
 @dataclass(frozen=True)
 class Crossing:
-    """Where level 1 lies between two neighbouring cases; ``value`` only when both have a level to interpolate."""
+    """Where level 1 lies between two neighbouring cases: interpolated, or next to a case proven impossible."""
 
     low: float
     high: float
-    value: float | None
+    value: float | None  # None where one side has no level to interpolate
+    impossible: float | None = None  # the side that is proven impossible
 
     def text(self, axis: Axis) -> str:
         """The place in words: interpolated figures are called so."""
         unit = " rad/s" if axis == Axis.OMEGA_C else " kg"
         if self.value is not None:
-            return f"1 near {significant(self.value)}{unit} (interpolated)"
-        return f"1 between {shortest(self.low)} and {shortest(self.high)}{unit}"
+            return f"near {significant(self.value)}{unit} (interpolated)"
+        ends = [
+            f"{shortest(end)}{unit}{' (proven impossible)' if end == self.impossible else ''}"
+            for end in (self.low, self.high)
+        ]
+        return f"between {ends[0]} and {ends[1]}"
 
 
 @dataclass(frozen=True)
@@ -123,7 +128,7 @@ def crossings(curve: Curve, measure: Measure, axis: Axis) -> list[Crossing]:
             if (before <= 1.0) != (after <= 1.0):
                 found.append(Crossing(low, high, _interpolated((low, before), (high, after), axis)))
         elif {first.status, last.status} == {Status.OK, Status.INFEASIBLE}:
-            found.append(Crossing(low, high, None))
+            found.append(Crossing(low, high, None, low if first.status == Status.INFEASIBLE else high))
     return found
 
 

@@ -51,7 +51,7 @@ _MANY = {
     Status.CRASHED: "crashed",
     Status.FAILED: "could not be computed",
 }
-_MOST_PROBLEMS = 6
+_MOST_PROBLEMS, _MOST_CURVES = 3, 4
 
 
 def headline(outcomes: Sequence[CaseOutcome]) -> str:
@@ -101,8 +101,13 @@ def _simplest(outcomes: Sequence[CaseOutcome], labels: Labels) -> list[str]:
         if outcome.status == Status.OK and outcome.summary.verified and known:
             groups.setdefault(problem_key(outcome), []).append(outcome)
     several = [group for group in groups.values() if len(group) > 1]
+    if len(several) > _MOST_PROBLEMS:
+        fewest = [min(case.summary.order or 0 for case in group) for group in several]
+        states = str(min(fewest)) if min(fewest) == max(fewest) else f"{min(fewest)} to {max(fewest)}"
+        noun = "state" if states == "1" else "states"
+        return [f"{len(several)} problems have several verified controllers; the simplest of each has {states} {noun}."]
     told = []
-    for group in several[:_MOST_PROBLEMS]:
+    for group in several:
         simple = min(group, key=lambda case: (case.summary.order or 0, worst_case(case) or 0.0))
         best = min(group, key=lambda case: worst_case(case) or 0.0)
         limit = f" at ω_c = {omega_text(simple.omega_c_rad_s)}" if simple.omega_c_rad_s is not None else ""
@@ -129,8 +134,10 @@ def _limits(results: StudyResults, labels: Labels) -> list[str]:
     for curve in sweep.curves:
         places = [crossing.text(sweep.axis) for crossing in crossings(curve, worst_case, sweep.axis)]
         if places:
-            told.append(f"{curve.label}: the worst case is {' and '.join(places)}")
-    return [f"{'; '.join(told)}."] if told else []
+            told.append(f"{curve.label}: the worst case reaches 1 {' and '.join(places)}.")
+    if len(told) > _MOST_CURVES:
+        return [f"{len(told)} curves reach level 1 within the sweep; the limitation curves say where."]
+    return told
 
 
 def _steps(outcomes: Sequence[CaseOutcome]) -> list[str]:
