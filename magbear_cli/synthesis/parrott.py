@@ -47,10 +47,10 @@ def level_discs(
     left, right = _completed_basis(column), _completed_basis(np.conj(row))
     turned = np.conj(np.swapaxes(left, 1, 2)) @ scaled @ right
     gain = np.linalg.norm(column, axis=1) * np.linalg.norm(row, axis=1)
-    floor = np.maximum(
-        np.linalg.norm(turned[:, 1:, :], 2, axis=(1, 2)) if turned.shape[1] > 1 else 0.0,
-        np.linalg.norm(turned[:, :, 1:], 2, axis=(1, 2)) if turned.shape[1] > 1 else 0.0,
-    )
+    floor = np.zeros(gain.shape)
+    if turned.shape[1] > 1:
+        rest = (turned[:, 1:, :], turned[:, :, 1:])
+        floor = np.maximum(*(np.linalg.norm(part, 2, axis=(1, 2)) for part in rest))
     b, c, inner = turned[:, :1, 1:], turned[:, 1:, :1], turned[:, 1:, 1:]
     adjoint = np.conj(np.swapaxes(inner, 1, 2))
     # Where the level is below the floor the formulas are evaluated at a legal level and the radius is made negative.
