@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import importlib
-import os
+import signal
 import sys
 import tempfile
 import traceback
 from collections.abc import Sequence
+from difflib import get_close_matches
+from types import FrameType
+from typing import Never
 
 import click
 
 from magbear_cli import __version__
+from magbear_cli.cli.output import settle_streams, silence, tell
 from magbear_cli.errors import ExitCode, MagbearError
 
 COMMANDS = ("run", "sweep", "check", "plan", "new", "schema", "show", "report", "compare", "doctor")
@@ -25,7 +29,7 @@ class LateCommands(click.Group):
         return list(COMMANDS)
 
     def get_command(self, _context: click.Context, name: str) -> click.Command | None:
-        """The command of that name, with ``--debug`` added."""
+        """The command of that name, with ``--debug`` added where it has none of its own."""
         if name not in COMMANDS:
             return None
         command: click.Command = getattr(importlib.import_module(f"magbear_cli.cli.{name}"), name)
@@ -35,11 +39,26 @@ class LateCommands(click.Group):
             )
         return command
 
+    def resolve_command(
+        self, context: click.Context, arguments: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """The command that the arguments begin with, or the nearest one in a sentence."""
+        name = arguments[0]
+        if name not in COMMANDS and not name.startswith("-") and not context.resilient_parsing:
+            near = get_close_matches(name, COMMANDS, n=1)
+            hint = f"did you mean '{near[0]}'?" if near else f"there are {', '.join(COMMANDS)}"
+            raise click.UsageError(f"There is no command '{name}': {hint}", context)
+        return super().resolve_command(context, arguments)
+
+
+class Terminated(BaseException):
+    """SIGTERM arrived."""
+
 
 @click.command(cls=LateCommands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
 @click.version_option(__version__, prog_name="magbear")
 def magbear() -> None:
-    """Robust control of precision magnetic bearings: studies, limits, and the simplest controller that gets there.
+    """Robust control of precision magnetic bearings: proven limits and the simplest controller that reaches them.
 
     \b
     Start with:  magbear new study && magbear run study.yaml
@@ -48,68 +67,77 @@ def magbear() -> None:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and end the process with its exit code."""
+    settle_streams()
+    signal.signal(signal.SIGTERM, _terminate)
     given = list(sys.argv[1:] if arguments is None else arguments)
     code = _guarded(given)
     try:
         sys.stdout.flush()
     except OSError:
-        _silence(sys.stdout)
+        silence(sys.stdout)
     sys.exit(int(code))
 
 
-def _guarded(arguments: list[str]) -> int:  # noqa: PLR0911 - one return for each way to end
+def _terminate(_number: int, _frame: FrameType | None) -> Never:
+    raise Terminated
+
+
+def _guarded(arguments: list[str]) -> int:
+    """The exit code of a command line, whatever happens in it."""
     debug = "--debug" in arguments
     try:
         answer = magbear.main(arguments, prog_name="magbear", standalone_mode=False)
         return int(answer) if isinstance(answer, int) else ExitCode.DONE
-    except click.exceptions.Exit as end:
-        return end.exit_code
+    except SystemExit:  # click's answer to a reader of its help that has gone
+        silence(sys.stdout)
+        return ExitCode.DONE
     except click.ClickException as error:
-        error.show()
+        tell(_usage(error))
         return ExitCode.USAGE
     except (click.Abort, KeyboardInterrupt):
-        _say("interrupted; what was finished is stored")
+        tell("interrupted")
         return ExitCode.INTERRUPTED
-    except BrokenPipeError:
-        _silence(sys.stdout)
-        return ExitCode.DONE
-    except MagbearError as error:
-        if debug:
-            traceback.print_exc()
-        _say(str(error) if "error[" in str(error) else f"error: {error}")
-        return error.exit_code
+    except Terminated:
+        tell("terminated")
+        return ExitCode.TERMINATED
     except Exception as error:  # noqa: BLE001 - whatever it is, the user gets a sentence
-        return _bug(error, debug=debug)
+        return _ended_by(error, debug=debug)
 
 
-def _bug(error: Exception, *, debug: bool) -> int:
-    """Tell of a bug of ours in one line, with the place of its traceback."""
-    text = traceback.format_exc()
+def _usage(error: click.ClickException) -> str:
+    """What is wrong with a command line, and where its help is."""
+    context = error.ctx if isinstance(error, click.UsageError) else None
+    if isinstance(error, click.exceptions.NoArgsIsHelpError):
+        return error.format_message()
+    path = "magbear" if context is None else context.command_path
+    return f"error: {error.format_message()}\n{path} --help tells more"
+
+
+def _ended_by(error: Exception, *, debug: bool) -> int:
+    """Tell of an error as what it is, and answer its exit code."""
     if debug:
-        _say(text)
-    place = ""
+        tell(traceback.format_exc())
+    if isinstance(error, MagbearError):
+        tell(str(error) if "error[" in str(error) else f"error: {error}")
+        return error.exit_code
+    if isinstance(error, OSError) and error.strerror:
+        place = f"{error.filename}: " if error.filename else ""
+        tell(f"error: {place}{error.strerror}")
+        return ExitCode.RESUMABLE
+    if isinstance(error, MemoryError):
+        tell("error: this machine has too little memory for it")
+        return ExitCode.RESUMABLE
+    return _bug(error)
+
+
+def _bug(error: Exception) -> int:
+    """Tell of a bug of ours in one line, with the place of its traceback."""
     try:
         with tempfile.NamedTemporaryFile("w", prefix="magbear-crash-", suffix=".txt", delete=False) as file:
-            file.write(f"magbear {__version__}, Python {sys.version}\n{text}")
-        place = f"; the details are in {file.name}"
+            file.write(f"magbear {__version__}, Python {sys.version}\n{sys.argv}\n{traceback.format_exc()}")
+        place = f"the details are in {file.name}"
     except OSError:
-        place = "; run it again with --debug for the details"
-    _say(f"error: this is a bug of magbear ({type(error).__name__}: {error}){place}. Please report it.")
+        place = "run it again with --debug for the details"
+    what = " ".join(f"{type(error).__name__}: {error}".split())
+    tell(f"error: this is a bug of magbear ({what}); {place}. Please report it.")
     return ExitCode.BUG
-
-
-def _say(text: str) -> None:
-    """Print to stderr, which may be closed."""
-    try:
-        click.echo(text, err=True)
-    except (OSError, ValueError):
-        _silence(sys.stderr)
-
-
-def _silence(stream: object) -> None:
-    """Point a closed stream at nothing, so that the interpreter's own flush at exit is quiet."""
-    null = os.open(os.devnull, os.O_WRONLY)
-    try:
-        os.dup2(null, stream.fileno())  # type: ignore[attr-defined]
-    except (OSError, ValueError, AttributeError):
-        os.close(null)

@@ -1,4 +1,4 @@
-"""Options that several commands share."""
+"""Options that several commands share, and what is asked of them."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import click
+
+from magbear_cli.errors import InputError
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -31,17 +33,37 @@ def running(command: Command) -> Command:
     """All that ``run`` and ``sweep`` have in common."""
     for option in reversed(
         [
+            overrides,
             click.option("-o", "--output", type=RESULTS, help="Directory of the run.  [default: out/STUDY_NAME]"),
             click.option("-j", "--jobs", type=int, help="Worker processes.  [default: usable cores]"),
             click.option("--timeout", type=float, metavar="SECONDS", help="Limit of one case, above the study's own."),
-            click.option("--case", "only", multiple=True, metavar="ID", help="Only this case. Repeatable."),
+            click.option("--case", "only", multiple=True, metavar="ID", help="Compute only this case. Repeatable."),
             click.option("--fresh", is_flag=True, help="Compute every case again, stored or not."),
             click.option("--max-failures", type=click.IntRange(min=1), metavar="N", help="Stop after N failed cases."),
             click.option("--fail-fast", is_flag=True, help="Stop at the first failed case."),
             click.option("--progress/--no-progress", default=None, help="Show progress.  [default: on a terminal]"),
-            overrides,
             as_json,
+            click.option("--debug", is_flag=True, help="Show the traceback of an error, and of a failed case."),
         ]
     ):
         command = option(command)
     return command
+
+
+def usable_directory(path: Path) -> Path:
+    """The path, if a directory can stand there.
+
+    Raises
+    ------
+    InputError
+        when a file is in its way, or the system does not take it for a path.
+    """
+    try:
+        standing = next((place for place in (path, *path.parents) if place.exists()), Path())
+        in_the_way = not standing.is_dir()
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else str(error)
+        raise InputError(f"--output {str(path)[:80]}: {reason}") from error
+    if in_the_way:
+        raise InputError(f"--output {path}: {standing} is a file, not a directory; choose another one")
+    return path

@@ -14,24 +14,25 @@ from magbear_cli.cli.options import STUDY, as_json, overrides
 @overrides
 @as_json
 def plan(study: Path, overrides: tuple[str, ...], *, as_json: bool) -> None:
-    """List the cases of a STUDY with their identities; nothing is computed and nothing is written.
+    """List the cases of a STUDY with their identities.
+
+    Nothing is computed and nothing is written. With --json each case carries its resolved inputs.
 
     \b
     Example:  magbear plan study.yaml --set controller.method=hinf
     """
     import json
 
-    from magbear_cli.cli.stored import with_stored_controllers
+    from magbear_cli.cli.output import put, put_json
+    from magbear_cli.cli.planning import planned_cases
     from magbear_cli.spec import read_study
-    from magbear_cli.study.plan import plan_cases
 
     read = read_study(study, overrides)
-    cases = plan_cases(with_stored_controllers(inputs, read.folder) for inputs in read.cases())
+    cases = planned_cases(read)
     if as_json:
-        listed = [{"id": case.id, "index": case.index, **case.inputs} for case in cases]
-        click.echo(json.dumps({"study": read.name, "cases": listed}, indent=2))
+        put_json({"study": read.name, "cases": [{"id": case.id, "index": case.index, **case.inputs} for case in cases]})
         return
     for case in cases:
         swept = read.swept(case.index)
         what = ", ".join(f"{key} = {json.dumps(value, ensure_ascii=False)}" for key, value in swept.items())
-        click.echo(f"{case.id}  {what or case.inputs['controller']['method']}")
+        put(f"{case.id}  {what or case.inputs['controller']['method']}")

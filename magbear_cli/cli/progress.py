@@ -10,7 +10,7 @@ from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from typing import Protocol
 
-import click
+from magbear_cli.cli.output import tell
 
 LINE_EVERY_S = 10.0
 
@@ -24,13 +24,16 @@ class Progress(Protocol):
     def say(self, sentence: str) -> None:
         """Something the user should know meanwhile."""
 
+    def tick(self) -> None:
+        """Time goes by."""
 
-def _is_lively() -> bool:
-    """Whether stderr can show a bar that moves."""
+
+def _can_animate() -> bool:
+    """Whether stderr is a screen on which a bar can move."""
     return sys.stderr.isatty() and os.environ.get("TERM", "") != "dumb"
 
 
-class _Quiet:
+class Quiet:
     """Only what must be said."""
 
     def ended(self, status: str) -> None:
@@ -38,22 +41,35 @@ class _Quiet:
 
     def say(self, sentence: str) -> None:
         """Say it."""
-        click.echo(sentence, err=True)
+        tell(sentence)
+
+    def tick(self) -> None:
+        """Keep silent."""
 
 
-class _Lines(_Quiet):
+class Lines(Quiet):
     """A line every ten seconds, and one at the end."""
 
-    def __init__(self, total: int) -> None:
-        self._total, self._counts, self._last = total, Counter[str](), time.monotonic()
+    def __init__(self, total: int, clock: Callable[[], float] = time.monotonic) -> None:
+        """Count from now."""
+        self._total, self._counts, self._clock = total, Counter[str](), clock
+        self._last = clock()
 
     def ended(self, status: str) -> None:
         """Count it."""
         self._counts[status] += 1
-        done = self._counts.total()
-        if done == self._total or time.monotonic() - self._last >= LINE_EVERY_S:
-            self._last = time.monotonic()
-            click.echo(f"{done} of {self._total} cases: {_told(self._counts)}", err=True)
+        if self._counts.total() == self._total:
+            self._tell()
+
+    def tick(self) -> None:
+        """Say how far the run is when nothing was said for a while."""
+        if self._clock() - self._last >= LINE_EVERY_S:
+            self._tell()
+
+    def _tell(self) -> None:
+        self._last = self._clock()
+        told = _told(self._counts)
+        tell(f"{self._counts.total()} of {self._total} cases{': ' if told else ''}{told}")
 
 
 def _told(counts: Counter[str]) -> str:
@@ -62,36 +78,45 @@ def _told(counts: Counter[str]) -> str:
 
 @contextmanager
 def open_progress(total: int, *, wanted: bool | None) -> Generator[Progress]:
-    """The progress of a run of so many cases; ``wanted`` None shows a bar on a terminal and nothing elsewhere."""
-    if wanted is False or total == 0 or (wanted is None and not _is_lively()):
-        yield _Quiet()
-        return
-    if not _is_lively():
-        yield _Lines(total)
-        return
+    """The progress of a run of so many cases; ``wanted`` None shows it on a terminal and nowhere else."""
+    if total == 0 or wanted is False or (wanted is None and not sys.stderr.isatty()):
+        yield Quiet()
+    elif _can_animate():
+        with _bar(total) as bar:
+            yield bar
+    else:
+        yield Lines(total)
+
+
+@contextmanager
+def _bar(total: int) -> Generator[Progress]:
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
-    from rich.progress import Progress as Bar
+    from rich.progress import Progress as RichProgress
 
     columns = (BarColumn(bar_width=24), MofNCompleteColumn(), TextColumn("{task.description}"))
-    with Bar(*columns, TimeElapsedColumn(), TimeRemainingColumn(), console=Console(stderr=True)) as bar:
-        task, counts = bar.add_task("", total=total), Counter[str]()
+    times = (TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn())
+    with RichProgress(*columns, *times, console=Console(stderr=True)) as rich_progress:
+        task, counts = rich_progress.add_task("", total=total), Counter[str]()
 
-        class Lively:
+        class Bar:
             def ended(self, status: str) -> None:
                 counts[status] += 1
-                bar.update(task, advance=1, description=_told(counts))
+                rich_progress.update(task, advance=1, description=_told(counts))
 
             def say(self, sentence: str) -> None:
-                bar.console.print(sentence, markup=False)
+                rich_progress.console.print(sentence, markup=False, highlight=False)
 
-        yield Lively()
+            def tick(self) -> None:
+                """The bar moves by itself."""
+
+        yield Bar()
 
 
 @contextmanager
 def open_activity(what: str, *, wanted: bool | None) -> Generator[Callable[[str], None] | None]:
     """A spinner with the name of what is being done, on a terminal."""
-    if wanted is False or not _is_lively():
+    if wanted is False or not _can_animate():
         yield None
         return
     from rich.console import Console

@@ -14,9 +14,11 @@ from magbear_cli.cli.options import STUDY, running
 @click.argument("study", type=STUDY)
 @running
 def run(study: Path, overrides: tuple[str, ...], **request: Any) -> int:  # noqa: ANN401 - click hands them over by name
-    """Compute a STUDY: plan it, skip what is stored, run the cases, store each as it ends, write the report.
+    """Compute a STUDY and write its results and report.
 
-    Running again goes on where the last run stopped; a changed study reuses the cases that did not change.
+    The cases are planned, what is stored is skipped, the others run, and each is stored as it ends. Running again goes
+    on where the last run stopped; a changed study reuses the cases that did not change. STUDY may be - for standard
+    input.
 
     \b
     Example:  magbear run study.yaml --set bandwidth.omega_c_rad_s=15000 -o out/wide
@@ -24,4 +26,4 @@ def run(study: Path, overrides: tuple[str, ...], **request: Any) -> int:  # noqa
     from magbear_cli.cli.session import Request, run_session
     from magbear_cli.spec import read_study
 
-    return run_session(read_study(study if str(study) != "-" else "-", overrides), Request(**request))
+    return run_session(read_study(study, overrides), Request(**request))

@@ -7,13 +7,12 @@ import click
 
 @click.command()
 def schema() -> None:
-    """Print the JSON Schema of study files, for editors that complete and check YAML.
+    """Print the JSON Schema of study files, for editors.
 
     \b
     Example:  magbear schema > magbear.schema.json
     """
-    import json
-
+    from magbear_cli.cli.output import put_json
     from magbear_cli.spec import json_schema
 
-    click.echo(json.dumps(json_schema(), indent=2, ensure_ascii=False))
+    put_json(json_schema())

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import click
-
+from magbear_cli.cli.options import usable_directory
+from magbear_cli.cli.output import put, put_json, tell
 from magbear_cli.errors import ExitCode, InputError
 
 if TYPE_CHECKING:
     from magbear_cli.spec import Study
     from magbear_cli.store.run_directory import RunDirectory
+    from magbear_cli.study.events import CaseEnded
     from magbear_cli.study.outcome import StudyResults
     from magbear_cli.study.plan import Case
     from magbear_cli.study.runner import RunnerOptions
@@ -32,37 +33,54 @@ class Request:
     fail_fast: bool = False
     progress: bool | None = None
     as_json: bool = False
+    debug: bool = False
 
 
 def run_session(study: Study, request: Request) -> int:
     """Plan, compute what is missing, store, report, print; the answer is the exit code."""
-    from magbear_cli.cli.stored import with_stored_controllers
-    from magbear_cli.store.results import write_results
+    from magbear_cli.cli.planning import planned_cases
     from magbear_cli.store.run_directory import RunDirectory
-    from magbear_cli.study.plan import plan_cases
 
-    cases = plan_cases(with_stored_controllers(inputs, study.folder) for inputs in study.cases())
+    cases = planned_cases(study)
     asked = _asked(cases, request.only)
     options = _limits(study, request)
-    output = Path("out") / study.name if request.output is None else request.output
-    if output.exists() and not output.is_dir():
-        raise InputError(f"{output} is not a directory: give another one with -o")
+    output = usable_directory(Path("out") / study.name if request.output is None else request.output)
     with RunDirectory(output, study.text) as directory:
-        missing = asked if request.fresh else directory.missing(asked)
-        directory.reserve(len(missing))
-        for note in directory.notes:
-            click.echo(f"note: {note}", err=True)
-        _announce(len(asked), len(missing), options.jobs)
-        code, sentence = _compute(missing, options, directory, request)
-        results = directory.gather(cases, study.name, study.report)
-        write_results(directory.results_path, results)
-        if code is not ExitCode.DONE:
-            click.echo(f"{sentence}; {len(results.outcomes)} of {len(cases)} cases are stored in {output}", err=True)
-            click.echo("run it again to go on", err=True)
-            return code
-        report = _report(results, directory.report_path.parent, request)
+        try:
+            return _work(study, (cases, asked), options, directory, request)
+        except BaseException as end:
+            if not isinstance(end, Exception):
+                tell(f"what was finished is stored in {output}; run the same command again to go on")
+            raise
+
+
+def _work(
+    study: Study,
+    planned: tuple[tuple[Case, ...], tuple[Case, ...]],
+    options: RunnerOptions,
+    directory: RunDirectory,
+    request: Request,
+) -> ExitCode:
+    """What happens in the locked directory, to the table on the terminal."""
+    from magbear_cli.store.results import write_results
+
+    cases, asked = planned
+    missing = asked if request.fresh else directory.missing(asked)
+    for note in directory.notes:
+        tell(f"note: {note}")
+    directory.reserve(len(missing))
+    tell(_announcement(len(asked), len(missing), options.jobs))
+    interrupted = _compute(missing, options, directory, request)
+    results = directory.gather(cases, study.name, study.report)
+    write_results(directory.results_path, results)
+    if interrupted is not ExitCode.DONE:
+        tell(f"interrupted: {len(results.outcomes)} of {len(cases)} cases are stored in {directory.path}")
+        tell(f"run the same command again to go on; magbear report {directory.path} draws what is there")
+        return interrupted
+    report = _report(results, directory.report_path.parent, request)
     _present(results, directory.results_path, report, request)
-    return ExitCode.DONE if all(outcome.status.is_answer for outcome in results.outcomes) else ExitCode.SOME_FAILED
+    answered = {outcome.case_id for outcome in results.outcomes if outcome.status.is_answer}
+    return ExitCode.DONE if all(case.id in answered for case in asked) else ExitCode.SOME_FAILED
 
 
 def _limits(study: Study, request: Request) -> RunnerOptions:
@@ -80,43 +98,55 @@ def _limits(study: Study, request: Request) -> RunnerOptions:
 def _asked(cases: tuple[Case, ...], only: Sequence[str]) -> tuple[Case, ...]:
     """The cases whose identity begins as asked; all of them without a wish."""
     for wish in only:
-        if not any(case.id.startswith(wish) for case in cases):
-            raise InputError(f"--case {wish}: no case of this study has that identity; magbear plan lists them")
+        if not wish or not any(case.id.startswith(wish) for case in cases):
+            raise InputError(f"--case '{wish}': no case of this study has that identity; magbear plan lists them")
     return tuple(case for case in cases if not only or any(case.id.startswith(wish) for wish in only))
 
 
-def _announce(asked: int, missing: int, jobs: int) -> None:
-    reused = f", {asked - missing} of {asked} reused" if missing < asked else ""
-    click.echo(f"{missing} case{'' if missing == 1 else 's'} to compute{reused}, {jobs} at a time", err=True)
+def _announcement(asked: int, missing: int, jobs: int) -> str:
+    plural = "" if asked == 1 else "s"
+    if not missing:
+        return f"{asked} of {asked} case{plural} reused, nothing to compute"
+    at_a_time = f"{missing} to compute, {min(missing, jobs)} at a time"
+    return f"{asked - missing} of {asked} case{plural} reused, {at_a_time}"
 
 
-def _compute(
-    missing: tuple[Case, ...], options: RunnerOptions, directory: RunDirectory, request: Request
-) -> tuple[ExitCode, str]:
-    """Run the missing cases and keep each as it ends; the code says whether all were given their turn."""
+def _compute(missing: tuple[Case, ...], options: RunnerOptions, directory: RunDirectory, request: Request) -> ExitCode:
+    """Run the missing cases and keep each as it ends; the code tells of a signal that stopped the run."""
     from magbear_cli.cli.progress import open_progress
     from magbear_cli.study.events import CaseEnded, CaseRetried, RunStopped
     from magbear_cli.study.interruption import Interruption
     from magbear_cli.study.runner import run_cases
 
-    stopped = ""
+    directory.log("run began", missing=len(missing), jobs=options.jobs)
     with Interruption() as stop, open_progress(len(missing), wanted=request.progress) as progress:
-        for event in run_cases(missing, replace(options, jobs=min(options.jobs, max(len(missing), 1))), stop):
+
+        def should_stop() -> bool:  # asked ten times a second
+            progress.tick()
+            return stop()
+
+        for event in run_cases(missing, options, should_stop):
             if isinstance(event, CaseEnded):
                 directory.keep(event.outcome)
-                facts = {"case": event.outcome.case_id, "status": event.outcome.status.value}
-                directory.log("case ended", **facts, attempts=event.attempts, seconds=round(event.elapsed_s, 3))
+                directory.log("case ended", **_facts(event))
                 progress.ended(event.outcome.status.value)
+                if request.debug and event.detail:
+                    progress.say(f"{event.outcome.case_id}: {event.outcome.sentence}\n{event.detail}")
             elif isinstance(event, CaseRetried):
                 directory.log("case retried", case=event.case.id, sentence=event.sentence, detail=event.detail)
                 progress.say(f"{event.case.id}: {event.sentence}; trying once more")
-            elif isinstance(event, RunStopped):
-                stopped = event.sentence
-    if stop.signal is not None:
-        return stop.exit_code, "interrupted"
-    if stopped:
-        return ExitCode.SOME_FAILED, stopped
-    return ExitCode.DONE, ""
+            elif isinstance(event, RunStopped) and stop.signal is None:
+                progress.say(f"{event.sentence}, {event.cases_left} not computed")
+    directory.log("run ended", signal=None if stop.signal is None else stop.signal.name)
+    return stop.exit_code
+
+
+def _facts(event: CaseEnded) -> dict[str, object]:
+    """What the log keeps of a case that ended."""
+    outcome = event.outcome
+    facts: dict[str, object] = {"case": outcome.case_id, "status": outcome.status.value, "attempts": event.attempts}
+    facts["seconds"] = round(event.elapsed_s, 3)
+    return facts | {key: text for key, text in (("sentence", outcome.sentence), ("detail", event.detail)) if text}
 
 
 def _report(results: StudyResults, folder: Path, request: Request) -> Path:
@@ -129,14 +159,12 @@ def _report(results: StudyResults, folder: Path, request: Request) -> Path:
 
 def _present(results: StudyResults, results_path: Path, report: Path, request: Request) -> None:
     if request.as_json:
-        import json
-
         from magbear_cli.study.summary import study_document
 
-        click.echo(json.dumps(study_document(results, results_path, report), indent=2, allow_nan=False))
+        put_json(study_document(results, results_path, report))
         return
-    from magbear_cli.cli.tables import print_study
+    from magbear_cli.cli.tables import study_tables
 
-    print_study(results)
-    click.echo(f"results: {results_path}")
-    click.echo(f"report:  {report}")
+    put(study_tables(results))
+    put(f"results: {results_path}")
+    put(f"report:  {report}")

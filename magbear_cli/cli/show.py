@@ -13,24 +13,23 @@ from magbear_cli.cli.options import RESULTS, as_json
 @click.argument("results", type=RESULTS)
 @as_json
 def show(results: Path, *, as_json: bool) -> None:
-    """Print the cases of RESULTS (a results.h5, or the directory of a run) as a table.
+    """Print the cases of RESULTS (a results.h5 or its directory).
 
     \b
     Example:  magbear show out/quickstart
     """
+    from magbear_cli.cli.output import put, put_json
     from magbear_cli.cli.stored import results_file
     from magbear_cli.store.results import read_results
 
     path = results_file(results)
     study = read_results(path)
     if as_json:
-        import json
-
         from magbear_cli.study.summary import study_document
 
         page = path.parent / "report" / "index.html"
-        click.echo(json.dumps(study_document(study, path, page if page.exists() else None), indent=2, allow_nan=False))
+        put_json(study_document(study, path, page if page.exists() else None))
         return
-    from magbear_cli.cli.tables import print_study
+    from magbear_cli.cli.tables import study_tables
 
-    print_study(study)
+    put(study_tables(study))

@@ -26,9 +26,10 @@ def sweep(
     overrides: tuple[str, ...],
     **request: Any,  # noqa: ANN401 - click hands them over by name
 ) -> int:
-    """Compute every combination of bandwidth limits, masses and methods; without STUDY, of the thesis's thrust bearing.
+    """Compute a grid of bandwidth limits, masses and methods.
 
-    The sweep is saved as study.yaml in the output directory, so it can be run again.
+    What is not given is taken from STUDY; without STUDY the bearing is the thesis's thrust bearing. The sweep is saved
+    as study.yaml in the output directory, so it can be run again.
 
     \b
     Example:  magbear sweep --wc 5000:20000:8 --mass 3.0:4.5 --mass 3.0:4.0 --method mu_convex
