@@ -7,6 +7,7 @@ same bytes. Colours are told apart without hue (tableau-colorblind10, reordered 
 from __future__ import annotations
 
 import io
+import textwrap
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -183,6 +184,11 @@ def _decade_ticks(axes: Axes | SecondaryAxis, decades: int, *, minors: bool) -> 
 def panel_title(axes: Axes, text: str, *, hertz: bool = False) -> None:
     """The title of a panel, at its left, clear of the axis in Hz."""
     axes.set_title(text, y=1.0, pad=31.0 if hertz else 6.0)
+
+
+def plain(text: str, width: int) -> str:
+    """Text of a study for a figure: no formula in it but ω_c, and lines no longer than this."""
+    return textwrap.fill(text, width).replace("$", r"\$").replace("ω_c", r"$\omega_c$")
 
 
 def legend_below(figure: Figure, handles: Sequence[Artist], names: Sequence[str]) -> None:

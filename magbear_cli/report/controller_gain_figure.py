@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MultipleLocator
 from numpy.typing import NDArray
 
-from magbear_cli.report.canvas import decibel, frequency_axis, new_figure, panel_title, panels, pen, point_label
+from magbear_cli.report.canvas import decibel, frequency_axis, new_figure, panel_title, panels, pen, plain, point_label
 from magbear_cli.report.drawing import Drawing, stacked
 from magbear_cli.report.numbers import count_text, mass_text, omega_text, significant
 from magbear_cli.report.series import Labels, controller_key, file_stem, frequency_view, problem_key
@@ -20,6 +20,7 @@ Floats = NDArray[np.float64]
 
 MOST_CURVES = 6
 _DEPTH_DB = 80.0
+_LEGEND_WIDTH = 44
 
 
 def controller_gain_drawings(outcomes: tuple[CaseOutcome, ...], labels: Labels) -> list[Drawing]:
@@ -48,14 +49,14 @@ def _drawing(
     views = [frequency_view(study) for study in studies]
     view = (min(low for low, _ in views), max(high for _, high in views))
     for index, (study, name) in enumerate(zip(studies, names, strict=True)):
-        _draw(top, bottom, study, index, _legend_text(name))
+        _draw(top, bottom, study, index, plain(name, _LEGEND_WIDTH))
     _finish(top, bottom, view)
     _tell_peak(top, group, view)
     first = group[0]
     what = mass_text(first.mass_kg)
     if several and first.omega_c_rad_s is not None:
         what += f", ω_c = {omega_text(first.omega_c_rad_s)}"
-    panel_title(top, f"Controllers for {_legend_text(what)}", hertz=True)
+    panel_title(top, f"Controllers for {plain(what, 80)}", hertz=True)
     peaks = "; ".join(f"{name}: {_current_text(case)}" for name, case in zip(names, group, strict=True))
     return Drawing(
         name=f"controller_gain-{file_stem(first, outcomes)}",
@@ -120,10 +121,6 @@ def _tell_peak(axes: Axes, group: Sequence[CaseOutcome], view: tuple[float, floa
 def _current_text(case: CaseOutcome) -> str:
     peak = case.summary.peak_gain_a_per_m
     return "unknown" if peak is None else f"{significant(peak * 1e-6)} A per µm"
-
-
-def _legend_text(text: str) -> str:
-    return text.replace("$", r"\$").replace("ω_c", r"$\omega_c$")
 
 
 def _columns(group: Sequence[CaseOutcome], names: Sequence[str]) -> dict[str, list[object]]:

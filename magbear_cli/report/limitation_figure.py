@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from typing import Any
 
@@ -12,7 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
 
 from magbear_cli.errors import Status
-from magbear_cli.report.canvas import COLOURS, DASHES, INK, LEVEL, MARKERS, SOFT, new_figure, panel_title, panels
+from magbear_cli.report.canvas import COLOURS, DASHES, INK, LEVEL, MARKERS, SOFT, new_figure, panel_title, panels, plain
 from magbear_cli.report.drawing import Drawing, stacked
 from magbear_cli.report.numbers import count_text, shortest, significant
 from magbear_cli.report.sweep import AXIS_WORDS, Axis, Crossing, Curve, Measure, Sweep, crossings, peak_mu, worst_case
@@ -31,6 +32,7 @@ _WITHOUT_LEVEL = {  # markers at the head of the panel
     Status.UNVERIFIED: ("d", "not verified"),
     Status.OK: ("|", "no answer"),
 }
+_LEGEND_WIDTH = 104
 _LEGEND_ROW_IN = 0.165
 _STRIP_ROW = 0.055  # of the height of the panel below the strip
 _MOST_CURVES_WITH_CROSSINGS = 9
@@ -38,7 +40,8 @@ _MOST_CURVES_WITH_CROSSINGS = 9
 
 def limitation_drawing(sweep: Sweep) -> Drawing:
     """The limitation curves of a study."""
-    below = 0.36 + _LEGEND_ROW_IN * len(sweep.curves)
+    lines = sum(len(textwrap.wrap(_legend_text(curve, sweep), _LEGEND_WIDTH)) for curve in sweep.curves)
+    below = 0.36 + _LEGEND_ROW_IN * lines
     figure = new_figure(3.1 + below)
     axes = panels(figure, 2, below=below, wspace=0.1)[0]
     _scale(axes, sweep)
@@ -46,7 +49,7 @@ def limitation_drawing(sweep: Sweep) -> Drawing:
         for curve in sweep.curves:
             _draw_curve(panel, curve, measure, sweep)
         panel.axhline(1.0, **LEVEL)
-        panel.set_xlabel(AXIS_WORDS[sweep.axis].replace("ω_c", r"$\omega_c$"))
+        panel.set_xlabel(plain(AXIS_WORDS[sweep.axis], 80))
         panel_title(panel, title)
     axes[0].set_ylabel("level (1 meets the specification)")
     axes[1].tick_params(labelleft=False, which="both")
@@ -56,8 +59,8 @@ def limitation_drawing(sweep: Sweep) -> Drawing:
         title="Limitation curves",
         caption="The level that each controller reaches along the sweep; at 1 or below the specification is met. "
         "Crossings of level 1 (open diamonds) are interpolated between neighbouring cases. Marks in the strip at the "
-        "head belong to cases without a level. A mark above 1 says that its method did not get there; only a cross is "
-        "a proof that nothing can.",
+        "head belong to cases without a level. An open mark says that its method did not get there; only a cross is a "
+        "proof of impossibility.",
         alt=f"{count_text(len(sweep.curves), 'limitation curve')} over the {AXIS_WORDS[sweep.axis]}: {_spoken(sweep)}.",
         figure=figure,
         columns=_columns(sweep),
@@ -184,8 +187,7 @@ def _legends(figure: Figure, sweep: Sweep) -> None:
     for curve in sweep.curves:
         colour, dashes, marker = _pen(curve, sweep)
         handles.append(Line2D([], [], color=colour, linestyle=dashes, marker=marker, markersize=4.8))
-        text = f"{curve.label}{_crossing_text(curve, sweep)}"
-        names.append(text.replace("$", r"\$").replace("ω_c", r"$\omega_c$"))
+        names.append(plain(_legend_text(curve, sweep), _LEGEND_WIDTH))
     figure.legend(handles, names, loc="lower left", bbox_to_anchor=(0.58 / width, 0.24 / height), ncols=1)
     marks = _marks(sweep)
     if not marks:
@@ -221,9 +223,10 @@ def _marks(sweep: Sweep) -> list[tuple[str, str, str]]:
     return marks
 
 
-def _crossing_text(curve: Curve, sweep: Sweep) -> str:
+def _legend_text(curve: Curve, sweep: Sweep) -> str:
+    """The name of a curve and where it crosses level 1."""
     if len(sweep.curves) > _MOST_CURVES_WITH_CROSSINGS:
-        return ""
+        return curve.label
     parts, brackets = [], []
     for name, (_, measure, _) in zip(("µ", "worst case"), MEASURES, strict=True):
         found = crossings(curve, measure, sweep.axis)
@@ -232,7 +235,7 @@ def _crossing_text(curve: Curve, sweep: Sweep) -> str:
             parts.append(f"{name} = 1 {' and '.join(near)}")
         brackets += [crossing.text(sweep.axis) for crossing in found if crossing.value is None]
     parts += [f"limit {text}" for text in dict.fromkeys(brackets)]
-    return f":  {';  '.join(parts)}" if parts else ""
+    return f"{curve.label}: {'; '.join(parts)}" if parts else curve.label
 
 
 def _spoken(sweep: Sweep) -> str:

@@ -38,7 +38,7 @@ def mu_drawing(outcome: CaseOutcome, outcomes: tuple[CaseOutcome, ...], labels: 
     axes = panels(figure, 1, hertz=True, above=-0.17, below=0.24)[0][0]
     view = frequency_view(study)
     shown = (study.omega_rad_s >= view[0]) & (study.omega_rad_s <= view[1])
-    _draw_curves(axes, study, shown)
+    _draw_curves(axes, study, shown, _worst_text(outcome))
     frequency_axis(axes, view)
     _set_height(axes, np.concatenate([study.mu_upper[shown], study.worst_case[shown]]))
     axes.axhline(1.0, **LEVEL)
@@ -67,7 +67,7 @@ def mu_drawing(outcome: CaseOutcome, outcomes: tuple[CaseOutcome, ...], labels: 
     )
 
 
-def _draw_curves(axes: Axes, study: FrequencyStudy, shown: NDArray[np.bool_]) -> None:
+def _draw_curves(axes: Axes, study: FrequencyStudy, shown: NDArray[np.bool_], worst_text: str) -> None:
     omega = study.omega_rad_s[shown]
     curves = [np.where(np.isfinite(curve[shown]), curve[shown], np.nan) for curve in _curves(study)]
     kept = thinned(np.log10(omega), *curves) if omega.size else np.arange(0)
@@ -75,7 +75,7 @@ def _draw_curves(axes: Axes, study: FrequencyStudy, shown: NDArray[np.bool_]) ->
     axes.fill_between(omega[kept], lower, upper, color=BLUE, alpha=0.25, linewidth=0)
     axes.plot(omega[kept], upper, color=BLUE, label="µ, upper bound")
     axes.plot(omega[kept], lower, color=BLUE, linewidth=0.7, linestyle=(0, (1, 1)), label="µ, lower bound")
-    axes.plot(omega[kept], worst, color=RUST, linestyle=(0, (5, 1.6)), label="worst real mass")
+    axes.plot(omega[kept], worst, color=RUST, linestyle=(0, (5, 1.6)), label=worst_text)
 
 
 def _curves(study: FrequencyStudy) -> tuple[Floats, Floats, Floats]:
@@ -106,9 +106,16 @@ def _tell_peak(axes: Axes, outcome: CaseOutcome, study: FrequencyStudy, shown: N
     bottom, top = axes.get_ylim()
     if bottom < height < top:
         point_label(axes, (float(study.omega_rad_s[at]), height), text, below=0.78 <= height < 1.0)
-    if summary.worst_case is not None and np.isfinite(summary.worst_case):
-        where = "" if summary.worst_mass_kg is None else f" at {kilograms(summary.worst_mass_kg)} kg"
-        omega = summary.worst_omega_rad_s
-        if omega is not None and np.isfinite(omega) and omega > 0:
-            where += f" and {with_unit(omega, 'rad/s')}"
-        note(axes, f"worst real mass of {mass_text(outcome.mass_kg)}: {significant(summary.worst_case)}{where}")
+
+
+def _worst_text(outcome: CaseOutcome) -> str:
+    """The exact worst case with the place where it is, for the legend."""
+    summary = outcome.summary
+    if summary.worst_case is None or not np.isfinite(summary.worst_case):
+        return "worst real mass"
+    where = [] if summary.worst_mass_kg is None else [f"{kilograms(summary.worst_mass_kg)} kg"]
+    omega = summary.worst_omega_rad_s
+    if omega is not None and np.isfinite(omega) and omega > 0:
+        where.append(with_unit(omega, "rad/s"))
+    place = f" ({', '.join(where)})" if where else ""
+    return f"worst real mass of {mass_text(outcome.mass_kg)}: {significant(summary.worst_case)}{place}"

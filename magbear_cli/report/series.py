@@ -18,7 +18,7 @@ Floats = NDArray[np.float64]
 PROBLEM_KEYS = ("bearing", "operating_point", "mass_kg", "performance", "bandwidth")
 
 _ALWAYS_IN_VIEW = 30.0  # how far the view reaches past the slowest and the fastest bound
-_OPTION_DIGITS = 28
+_OPTION_LENGTH, _NAME_LENGTH = 28, 48
 
 
 class Labels:
@@ -43,7 +43,7 @@ class Labels:
             for key in self._varying.get(outcome.method, [])
             if key in controller and key not in NAMED_OPTIONS
         ]
-        name = _short(controller_name(controller))
+        name = _short(controller_name(controller), _NAME_LENGTH)
         return f"{name} ({', '.join(told)})" if told else name
 
     def case(self, outcome: CaseOutcome) -> str:
@@ -106,10 +106,10 @@ def _spoken(key: str) -> str:
     return key.replace("_", " ")
 
 
-def _short(value: Any) -> str:  # noqa: ANN401 - any option
+def _short(value: Any, length: int = _OPTION_LENGTH) -> str:  # noqa: ANN401 - any option
     if isinstance(value, bool) or value is None:
         return {True: "on", False: "off", None: "none"}[value]
     if isinstance(value, int | float):
         return shortest(float(value))
     text = " ".join(str(value).split()) if not isinstance(value, list) else ", ".join(_short(item) for item in value)
-    return text if len(text) <= _OPTION_DIGITS else text[: _OPTION_DIGITS - 1] + "…"
+    return text if len(text) <= length else text[: length - 1] + "…"

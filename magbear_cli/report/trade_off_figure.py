@@ -8,14 +8,14 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import FixedLocator
 
 from magbear_cli.errors import Status
-from magbear_cli.report.canvas import BLUE, LEVEL, RUST, legend_below, new_figure, panel_title, panels
+from magbear_cli.report.canvas import BLUE, LEVEL, RUST, legend_below, new_figure, panel_title, panels, plain
 from magbear_cli.report.drawing import Drawing
 from magbear_cli.report.numbers import count_text, mass_text, omega_text, significant
 from magbear_cli.report.series import Labels, file_stem, problem_key
 from magbear_cli.report.sweep import peak_mu, worst_case
 from magbear_cli.study.outcome import CaseOutcome
 
-OMEGA_C = r"$\omega_c$"
+_NAME_WIDTH = 46
 _ROW_IN = 0.26
 _FROM_RECORD = 3.0  # beyond this many times the smallest level the axis is logarithmic
 
@@ -32,9 +32,9 @@ def trade_off_drawings(outcomes: tuple[CaseOutcome, ...], labels: Labels) -> lis
 def _drawing(group: Sequence[CaseOutcome], outcomes: tuple[CaseOutcome, ...], labels: Labels) -> Drawing:
     rows = sorted(group, key=lambda case: (case.summary.order or 0, labels.controller(case)))
     names = [f"{labels.controller(case)} · {count_text(case.summary.order or 0, 'state')}" for case in rows]
-    widest = max(len(name) for name in names)
+    widest = max(min(len(name), _NAME_WIDTH) for name in names)
     figure = new_figure(1.3 + _ROW_IN * len(rows))
-    axes = panels(figure, 1, left=min(3.2, 0.3 + 0.066 * widest), below=0.24)[0][0]
+    axes = panels(figure, 1, left=0.3 + 0.066 * widest, below=0.24)[0][0]
     worst, mu = [worst_case(case) for case in rows], [peak_mu(case) for case in rows]
     for row, (low, high) in enumerate(zip(worst, mu, strict=True)):
         if low is not None and high is not None:
@@ -61,7 +61,7 @@ def _drawing(group: Sequence[CaseOutcome], outcomes: tuple[CaseOutcome, ...], la
     first = rows[0]
     limit = "" if first.omega_c_rad_s is None else f", ω_c = {omega_text(first.omega_c_rad_s)}"
     what = f"{mass_text(first.mass_kg)}{limit}"
-    panel_title(axes, f"Controllers for {what.replace('ω_c', OMEGA_C)}, by number of states")
+    panel_title(axes, f"Controllers for {plain(what, 80)}, by number of states")
     spoken = "; ".join(f"{name}: {significant(level)}" for name, level in zip(names, worst, strict=True))
     return Drawing(
         name=f"trade_off-{file_stem(first, outcomes)}",
@@ -84,7 +84,7 @@ def _drawing(group: Sequence[CaseOutcome], outcomes: tuple[CaseOutcome, ...], la
 def _finish(axes: Axes, names: Sequence[str], levels: Sequence[float]) -> None:
     axes.set_ylim(len(names) - 0.4, -0.6)
     axes.yaxis.set_major_locator(FixedLocator(list(range(len(names)))))
-    axes.set_yticklabels([name.replace("$", r"\$") for name in names])
+    axes.set_yticklabels([plain(name, _NAME_WIDTH) for name in names])
     axes.grid(visible=False, axis="y")
     axes.tick_params(axis="y", length=0)
     low, high = min(levels), max(*levels, 1.0)

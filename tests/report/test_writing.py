@@ -239,3 +239,15 @@ def test_a_refused_file_is_a_sentence(make_study: MakeStudy, tmp_path: Path) -> 
     blocked.write_text("a file")
     with pytest.raises(ResumableError, match=r"blocked.*could not be written"):
         write_report(make_study(), blocked)
+
+
+def test_long_names_stay_inside_the_figures(make_case: MakeCase, make_study: MakeStudy, tmp_path: Path) -> None:
+    """Names of any length are broken into lines; no curve's name leaves the picture."""
+    names = ["a controller of a very long name " * 3, "x" * 200]
+    cases = [
+        make_case(index, controller={"method": "stored", "source": name}, omega_c_rad_s=limit, steps=False)
+        for index, (name, limit) in enumerate((name, limit) for name in names for limit in (1e4, 2e4))
+    ]
+    page = write_report(make_study(*cases, figures=("limitation",)), tmp_path)
+    assert page.is_file()
+    assert len(list((tmp_path / "figures").glob("*.svg"))) == 3
