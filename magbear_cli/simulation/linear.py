@@ -73,13 +73,14 @@ def linearize(loop: Loop) -> LinearLoop:
     return LinearLoop(a, np.append(loop.b, 0.0), c, np.append(loop.start, 1.0), loop)
 
 
-def linear_response(linear: LinearLoop, duration_s: float, samples: int) -> tuple[Floats, Floats]:
-    """Deviation at the sensor (m) and control current (A) of the linear loop at evenly spaced times from 0.
+def linear_response(linear: LinearLoop, times_s: Floats) -> tuple[Floats, Floats]:
+    """Deviation at the sensor (m) and control current (A) of the linear loop at ascending times from 0 to the end.
 
-    Exact up to rounding, each (samples,); entries too large for a double are infinite or NaN.
+    Exact up to rounding, each (samples,); entries too large for a double are infinite or NaN. Few different widths
+    between the times make it quick: each costs one matrix exponential.
     """
-    times = np.linspace(0.0, duration_s, samples)
-    outputs = np.empty((samples, 4))
+    times, duration_s = times_s, float(times_s[-1])
+    outputs = np.empty((times.size, 4))
     state = linear.start
     now = 0.0
     flows: dict[float, Floats] = {}
@@ -144,7 +145,7 @@ def _quiet_time(linear: LinearLoop, slowest_rad_s: float) -> float:
     rest = linear.rest()
     quiet = span
     for _ in range(20):
-        position, _ = linear_response(linear, span, HORIZON_POINTS + 1)
+        position, _ = linear_response(linear, np.linspace(0.0, span, HORIZON_POINTS + 1))
         size = abs(rest) if linear.loop.scenario.step_m != 0.0 else float(np.abs(position).max())
         if size <= NOTHING * linear.loop.magnets.bearing.air_gap_m:
             return span
@@ -163,7 +164,7 @@ def _contact_time(linear: LinearLoop, growth_rad_s: float) -> float | None:
     longest = min(INVISIBLE / growth_rad_s, LONGEST_S) if growth_rad_s > 0.0 else LONGEST_S
     span = longest / 1024
     while span <= longest:
-        position, _ = linear_response(linear, span, HORIZON_POINTS + 1)
+        position, _ = linear_response(linear, np.linspace(0.0, span, HORIZON_POINTS + 1))
         out = np.flatnonzero(~((below < position) & (position < above)))
         if out.size:
             return span * float(out[0]) / HORIZON_POINTS

@@ -7,11 +7,15 @@ from itertools import pairwise
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from magbear_cli.errors import NumericsError
 from magbear_cli.model.filters import Prefilter, SensorDynamics
 from magbear_cli.model.rotor import FlexibleRotor
 
+Floats = NDArray[np.float64]
+
+SAMPLE_RUNS = 8
 SHORTEST_SPAN = 1e-9  # of the duration: an edge of the pulse nearer to an end of the run is left out
 
 
@@ -55,7 +59,7 @@ class StepScenario:
     gravity_m_per_s2 : positive towards negative positions
     current_limit_a : the control current, balancing current included, stays within ± this
     duration_s : None for a duration in which the linear loop settles
-    samples : the number of points of the response, evenly spaced in time
+    samples : the number of points of the response; they are denser at its start, see ``sample_times``
     """
 
     step_m: float
@@ -95,6 +99,21 @@ class StepScenario:
         """The force of the pulse at a time, in N."""
         pulse = self.disturbance
         return pulse.force_n if pulse is not None and pulse.start_s <= time_s < pulse.end_s else 0.0
+
+    def sample_times(self, end_s: float) -> Floats:
+        """The times of the response's points, from 0 to the end, (samples,).
+
+        A step moves everything in its first instants and little later: there are eight runs of even spacing, each
+        twice as wide as the one before. A pulse that begins later gets an even spacing throughout.
+        """
+        later = self.disturbance is not None and self.disturbance.start_s > 0.0
+        spans = self.samples - 1
+        if later or spans < SAMPLE_RUNS:
+            return np.linspace(0.0, end_s, self.samples)
+        widths = 2.0 ** (np.arange(spans) * SAMPLE_RUNS // spans)
+        times: Floats = np.concatenate([[0.0], np.cumsum(widths)]) * (end_s / widths.sum())
+        times[-1] = end_s
+        return times
 
     def segments(self, duration_s: float) -> list[tuple[float, float, float]]:
         """(start, end, force of the pulse) of the spans from 0 to the duration in which that force is constant."""

@@ -27,7 +27,7 @@ EXTENSION = 4.0  # times a chosen duration, when that was too short for the nonl
 
 @dataclass(frozen=True, eq=False)
 class StepResponse:
-    """How a run went: its samples, evenly spaced from 0 to its end, how it ended, and its figures.
+    """How a run went: its samples from 0 to its end, how it ended, and its figures.
 
     Attributes
     ----------
@@ -85,11 +85,11 @@ def simulate_step(bearing: Bearing, controller: StateSpace, scenario: StepScenar
         trajectory, metrics, sentence = _run(loop, linear)
     except NumericsError as error:
         return _never_began(loop, str(error))
-    time = np.linspace(0.0, trajectory.end_s, scenario.samples)
+    time = scenario.sample_times(trajectory.end_s)
     limit = scenario.current_limit_a or np.inf
     inside = np.minimum(time, trajectory.position_m.x[-1])
     position = scenario.position_m + trajectory.position_m(inside)
-    linear_position, linear_current = linear_response(linear, trajectory.end_s, scenario.samples)
+    linear_position, linear_current = linear_response(linear, time)
     return StepResponse(
         time_s=time,
         position_m=position,

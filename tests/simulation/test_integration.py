@@ -85,7 +85,7 @@ def test_agreement_with_the_exact_linear_response(lags: int, bearing: Bearing, l
     scenario = StepScenario(10e-6, 3.6, model="linear", disturbance=Disturbance(20.0, 1e-3, 0.7e-3))
     loop = close_loop(bearing, controller, scenario)
     trajectory = integrate(loop, 4e-3)
-    position, current = linear_response(linearize(loop), 4e-3, 1001)
+    position, current = linear_response(linearize(loop), np.linspace(0.0, 4e-3, 1001))
     times = np.linspace(0.0, 4e-3, 1001)
     np.testing.assert_allclose(trajectory.position_m(times), position, rtol=0, atol=1e-8 * 10e-6)
     np.testing.assert_allclose(trajectory.current_a(times), current, rtol=0, atol=1e-7 * np.abs(current).max())
@@ -97,7 +97,7 @@ def test_small_steps_are_linear(bearing: Bearing, lead: Lead) -> None:
     for step in (20e-6, 10e-6):
         loop = close_loop(bearing, lead(), replace(STEP, step_m=step))
         times = np.linspace(0.0, 2e-3, 201)
-        linear, _ = linear_response(linearize(loop), 2e-3, 201)
+        linear, _ = linear_response(linearize(loop), np.linspace(0.0, 2e-3, 201))
         departures.append(np.abs(integrate(loop, 2e-3).position_m(times) - linear).max())
     assert departures[0] / departures[1] == pytest.approx(8.0, rel=0.1)
 

@@ -21,7 +21,7 @@ Lead = Callable[..., StateSpace]
 def test_proportional_control_is_a_cosine(bearing: Bearing) -> None:
     """With u = −k (z − r) the rotor swings as m z̈ = k_z z − k_i k (z − r) says, undamped."""
     linear = linearize(close_loop(bearing, StateSpace.gain([[-5000.0]]), StepScenario(10e-6, 2.0)))
-    position, current = linear_response(linear, 0.1, 501)
+    position, current = linear_response(linear, np.linspace(0.0, 0.1, 501))
     stiffness = 50.0 * 5000.0 - 62500.0
     rest = 50.0 * 5000.0 * 10e-6 / stiffness
     exact = rest * (1.0 - np.cos(np.sqrt(stiffness / 2.0) * np.linspace(0.0, 0.1, 501)))
@@ -35,7 +35,7 @@ def test_a_pulse_is_two_steps_of_force(bearing: Bearing, lqg: StateSpace) -> Non
 
     def response(disturbance: Disturbance) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
         loop = close_loop(bearing, lqg, replace(still, disturbance=disturbance))
-        return linear_response(linearize(loop), 20e-3, 201)[0]
+        return linear_response(linearize(loop), np.linspace(0.0, 20e-3, 201))[0]
 
     stays, later = response(Disturbance(50.0, 0.0, 1.0)), response(Disturbance(50.0, 2e-3, 1.0))
     np.testing.assert_allclose(response(Disturbance(50.0, 0.0, 2e-3)), stays - later, rtol=0, atol=1e-15)
@@ -54,7 +54,7 @@ def test_duration_lets_the_response_settle(scale: float, bearing: Bearing, lead:
     """At the chosen duration the response is at rest, and it was not at a quarter of it."""
     linear = linearize(close_loop(bearing, lead(2e6 / scale, 500.0, 5e4), StepScenario(10e-6, 3.6)))
     duration = choose_duration(linear)
-    position, _ = linear_response(linear, duration, 1001)
+    position, _ = linear_response(linear, np.linspace(0.0, duration, 1001))
     errors = np.abs(position - linear.rest()) / abs(linear.rest())
     assert errors[700:].max() < 0.005
     assert errors[250:].max() > 0.005
@@ -76,7 +76,7 @@ def test_an_unstable_loop_is_simulated_until_it_touches(bearing: Bearing, lqg: S
     """The duration of an unstable loop reaches past the time at which its linear response leaves the gap."""
     scenario = StepScenario(10e-6, 2.0, sensor=SensorDynamics(4000.0, 560.0))
     linear = linearize(close_loop(bearing, lqg, scenario))
-    position, _ = linear_response(linear, choose_duration(linear), 1001)
+    position, _ = linear_response(linear, np.linspace(0.0, choose_duration(linear), 1001))
     assert np.abs(position).max() > 400e-6
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from magbear_cli.errors import NumericsError
@@ -54,3 +55,19 @@ def test_a_pulse_without_extent_is_refused() -> None:
         Disturbance(1.0, 0.0, 0.0)
     with pytest.raises(NumericsError, match="a pulse needs"):
         Disturbance(1.0, -1.0, 1.0)
+
+
+@pytest.mark.parametrize(("samples", "runs"), [(2, 1), (5, 1), (101, 8), (1001, 8)])
+def test_the_start_of_a_response_is_sampled_most_densely(samples: int, runs: int) -> None:
+    """The times ascend from 0 to the end exactly, in runs of even spacing that double."""
+    times = StepScenario(1e-5, 3.0, samples=samples).sample_times(0.15)
+    widths = np.diff(times)
+    assert (times[0], times[-1], times.size) == (0.0, 0.15, samples)
+    assert np.unique(np.round(widths / widths[0], 6)).size == runs
+    assert widths[-1] == pytest.approx(widths[0] * 2 ** (runs - 1))
+
+
+def test_a_later_pulse_is_sampled_evenly() -> None:
+    """A pulse of force that begins after the start gets an even spacing."""
+    times = StepScenario(0.0, 3.0, disturbance=Disturbance(50.0, 5e-3, 2e-3)).sample_times(0.05)
+    np.testing.assert_allclose(np.diff(times), 0.05 / 1000)
