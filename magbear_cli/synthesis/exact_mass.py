@@ -30,7 +30,7 @@ Floats = NDArray[np.float64]
 _FASTEST_LAG = (
     5.0  # times the fastest of ω_c and the corners: faster lags gain nothing, slower ones cost 1 % of the level
 )
-_LOSS = 0.004  # of the level: what fewer states may cost
+_BETWEEN = 0.004  # of the level: how far a peak between the points of the dense grid may rise
 _STEP = 2e-4  # of the level: an iteration that gains less is the last
 _EXCHANGE = 3e-4  # of the level: a peak between grid points that is higher than this joins the grid
 _FREE, _HELD = 7, 8  # most iterations with θ = 1, then with the present directions
@@ -39,14 +39,20 @@ _GRID, _DENSE = 90, 1200
 
 @dataclass(frozen=True)
 class ExactMassOptions:
-    """``max_order``: the most states the controller may have, at least 2."""
+    """``max_order``: most states of the controller, at least 2; ``loss``: part of the level that fewer may cost.
+
+    With no loss allowed the controller has ``max_order`` states.
+    """
 
     max_order: int = 12
+    loss: float = 0.004
 
     def __post_init__(self) -> None:
         """Refuse an order that cannot hold a lead with roll-off."""
         if self.max_order < 2:
             raise NumericsError(f"max_order must be at least 2, not {self.max_order}")
+        if not 0 <= self.loss < 1:
+            raise NumericsError(f"loss must be a part of one, not {self.loss}")
 
 
 def design_exact_mass(problem: ControlProblem, options: ExactMassOptions) -> Design:
@@ -65,8 +71,8 @@ def design_exact_mass(problem: ControlProblem, options: ExactMassOptions) -> Des
         raise NumericsError("the performance weight must be stable and proper")
     limited = with_bandwidth(problem)
     scaled, scaling = scale_problem(limited)
-    found = list(_descents(scaled, options.max_order))
-    chosen = _simplest(scaled, found)
+    found = list(_descents(scaled, options))
+    chosen = _simplest(scaled, found, options.loss)
     controller = scaling.controller(chosen.ratio.controller())
     level = exact_level(problem, controller)
     statistics = {
@@ -88,17 +94,17 @@ def design_exact_mass(problem: ControlProblem, options: ExactMassOptions) -> Des
     )
 
 
-def _simplest(scaled: ControlProblem, found: Sequence[_Descent]) -> _Descent:
+def _simplest(scaled: ControlProblem, found: Sequence[_Descent], loss: float) -> _Descent:
     """The descent of the fewest states near the best, among those whose matrices do what their functions promised."""
     kept = [
         descent
         for descent, controller in ((descent, descent.ratio.controller()) for descent in found)
-        if stabilises(scaled, controller) and exact_level(scaled, controller) <= descent.level * (1.0 + _LOSS)
+        if stabilises(scaled, controller) and exact_level(scaled, controller) <= descent.level * (1.0 + _BETWEEN)
     ]
     if not kept:
         raise NumericsError("the exact real-mass problem gave no controller whose own matrices reach its level")
     best = min(descent.level for descent in kept)
-    return min((d for d in kept if d.level <= best * (1.0 + _LOSS)), key=lambda d: d.ratio.poles.size)
+    return min((d for d in kept if d.level <= best * (1.0 + loss)), key=lambda d: d.ratio.poles.size)
 
 
 def exact_level(problem: ControlProblem, controller: StateSpace) -> float:
@@ -134,24 +140,24 @@ class _Descent:
     solves: int
 
 
-def _descents(scaled: ControlProblem, max_order: int) -> Iterator[_Descent]:
+def _descents(scaled: ControlProblem, options: ExactMassOptions) -> Iterator[_Descent]:
     """The optimum over the most lags; then over fewer and fewer, from its directions, until the level suffers."""
     span = frequency_span(scaled)
     dense = span.grid(_DENSE, margin=1e4)
     lead = best_lead(scaled)
     start = float(worst_case_over_mass(scaled, lead.response(dense), dense)[0].max())
-    program = HalfPlaneProgram(scaled, _lags(span, max_order), float(np.sqrt(span.fast)), lead)
+    program = HalfPlaneProgram(scaled, _lags(span, options.max_order), float(np.sqrt(span.fast)), lead)
     optimum = _descend(program, lead, start, span.grid(_GRID), free_steps=_FREE)
     yield optimum
     present = optimum
-    for order in range(max_order - 2, 1, -2):
+    for order in range(options.max_order - 2, 1, -2) if options.loss else ():
         program = replace(program, poles=_lags(span, order))
         try:
             present = _descend(program, present.ratio, present.level, present.omega, free_steps=0)
         except NumericsError:
             return
         yield present
-        if present.level > optimum.level * (1.0 + _LOSS):
+        if present.level > optimum.level * (1.0 + options.loss):
             return
 
 

@@ -1,0 +1,194 @@
+"""The proof that a stored controller reaches a level, for every mass and every frequency: no grid, no tolerance.
+
+With p = 1/m, K = n/a and C = k_z a + k_i n the loop is stable and |W1 S| + |W3 T| < L at ω for all p in [p1, p2] when
+L |ω² a + p C| > |W1| |a| (ω² + k_z p) + |W3| k_i |n| p. Squared, that is a quadratic in p, positive on an interval,
+which in its Bernstein form b0, b1, b2 means b0 > 0, b2 > 0 and b1 + √(b0 b2) > 0: three functions of ω alone. They are
+enclosed over boxes that cover [0, ∞], with the coefficients of n and a computed exactly from the controller's matrices.
+Where they are positive the closed-loop polynomial has no root on the axis for any mass, so that the whole family is
+stable once Routh's test, in exact arithmetic, has shown one member to be.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+from magbear_cli.analysis.exact_polynomial import Polynomial, exact_transfer_function, is_hurwitz
+from magbear_cli.analysis.interval import Enclosure, Interval, polynomial
+from magbear_cli.analysis.weight_enclosure import squared_polynomial
+from magbear_cli.lti.state_space import StateSpace
+from magbear_cli.model.problem import ControlProblem
+
+Floats = NDArray[np.float64]
+
+_END = 2.0**-30  # upper end of the box at zero, in units of the frequency where the two halves of the axis meet
+_FIRST_RATIO = 1.05  # upper over lower end of the first boxes
+_NARROWEST = 1e-9  # relative width of a box that is no longer split
+_MOST_BOXES = 200_000
+
+
+@dataclass(frozen=True)
+class LevelProof:
+    """Whether the level is proven, the sentence that says so or what is in the way, and the boxes it took."""
+
+    proved: bool
+    sentence: str
+    level: float
+    boxes: int = 0
+    narrowest_box: float = float("nan")  # relative width
+
+
+def prove_level(problem: ControlProblem, controller: StateSpace, level: float) -> LevelProof:
+    """Prove that the loop is stable and |W1 S| + |W3 T| < level for every mass of the range and all frequencies.
+
+    Parameters
+    ----------
+    controller : from measured position in m to control current in A, exactly as stored
+    level : a bound that the worst case does not touch; a part in a thousand above it is proven in a second
+    """
+    if (controller.inputs, controller.outputs) != (1, 1):
+        return LevelProof(
+            proved=False, sentence="the controller does not map one measurement to one current", level=level
+        )
+    num, den = exact_transfer_function(controller)
+    mass = Fraction(problem.mass.low_kg)
+    if not is_hurwitz(_closed_loop(problem, num, den, mass)):
+        sentence = f"the loop with m = {problem.mass.low_kg:.6g} kg is not stable"
+        return LevelProof(proved=False, sentence=sentence, level=level)
+    with np.errstate(all="ignore"):
+        return _Prover.of(problem, (num, den), level).run()
+
+
+def _closed_loop(problem: ControlProblem, num: Polynomial, den: Polynomial, mass: Fraction) -> Polynomial:
+    """(m s² − k_z) a − k_i n, exactly."""
+    k_z, k_i = Fraction(problem.negative_stiffness_n_per_m), Fraction(problem.current_stiffness_n_per_a)
+    result = [mass * d for d in den] + [Fraction(0), Fraction(0)]
+    for index, (n, d) in enumerate(zip(num, den, strict=True)):
+        result[index + 2] -= k_z * d + k_i * n
+    return result
+
+
+@dataclass(frozen=True, eq=False)
+class _Prover:
+    """Coefficients in units of Ω, a power of two near the plant's own speed: s = Ω s'."""
+
+    problem: ControlProblem
+    unit: float
+    num: list[Interval]
+    den: list[Interval]
+    level: float
+
+    @classmethod
+    def of(cls, problem: ControlProblem, quotient: tuple[Polynomial, Polynomial], level: float) -> _Prover:
+        unit = 2.0 ** round(float(np.log2(problem.natural_rad_s)))
+        num, den = ([_enclosed(c / Fraction(unit) ** k) for k, c in enumerate(part)] for part in quotient)
+        return cls(problem, unit, num, den, level)
+
+    def run(self) -> LevelProof:
+        """Both halves of the axis, slow frequencies in x = ω/Ω and fast ones in x = Ω/ω."""
+        boxes, narrowest = 0, np.inf
+        for fast in (False, True):
+            edges = np.geomspace(_END, 1.0, int(np.ceil(-np.log(_END) / np.log(_FIRST_RATIO))) + 1)
+            edges[0], edges[-1] = _END, 1.0
+            lower, upper = np.concatenate([[0.0], edges[:-1]]), edges
+            while lower.size:
+                boxes += lower.size
+                narrowest = min(narrowest, float(((upper - lower) / upper).min()))
+                values = self._conditions(Enclosure.of_variable(lower, upper), fast=fast)
+                refuted = np.any([value.centre.high < 0 for value in values], axis=0)
+                open_ = ~np.all([value.whole.low > 0 for value in values], axis=0)
+                stuck = narrowest < _NARROWEST or boxes + 2 * int(open_.sum()) > _MOST_BOXES
+                if refuted.any() or (open_.any() and stuck):
+                    first = int((refuted if refuted.any() else open_).argmax())
+                    place = self._place(0.5 * (lower[first] + upper[first]) if lower[first] else 0.0, fast=fast)
+                    verb = "is exceeded" if refuted.any() else "could not be shown"
+                    sentence = f"the level {self.level:.6g} {verb} {place}"
+                    return self._answer(sentence, boxes, narrowest)
+                lower, upper = lower[open_], upper[open_]
+                middle = 0.5 * (lower + upper)
+                lower, upper = np.concatenate([lower, middle]), np.concatenate([middle, upper])
+        sentence = f"proven for every mass and all frequencies: stable, and the worst case is below {self.level:.6g}"
+        return replace(self._answer(sentence, boxes, narrowest), proved=True)
+
+    def _answer(self, sentence: str, boxes: int, narrowest: float) -> LevelProof:
+        return LevelProof(proved=False, sentence=sentence, level=self.level, boxes=boxes, narrowest_box=narrowest)
+
+    def _place(self, x: float, *, fast: bool) -> str:
+        if x == 0.0:
+            return "as ω → ∞" if fast else "at ω = 0"
+        return f"near {self.unit / x if fast else self.unit * x:.6g} rad/s"
+
+    def _conditions(self, x: Enclosure, *, fast: bool) -> list[Enclosure]:
+        """b0, b2 and b1 + √(b0 b2), all divided by powers of ω on the fast half so that they stay finite."""
+        k_z, k_i = self.problem.negative_stiffness_n_per_m, self.problem.current_stiffness_n_per_a
+        num, den = (part[::-1] if fast else part for part in (self.num, self.den))
+        n, a = _on_axis(num, x), _on_axis(den, x)
+        n_size, a_size = squared_polynomial(num, x).root(), squared_polynomial(den, x).root()
+        w1 = self._performance(x, fast=fast)
+        square, one = x.square(), x.of_constant(1.0)
+        # In units: ω² = Ω² x²; on the fast half everything is divided by ω², and x = Ω/ω.
+        inertia, rest = (one, square) if fast else (square, one)
+        stiffness = rest * (Interval.of(k_z) / self.unit / self.unit)
+        force = rest * (Interval.of(k_i) / self.unit / self.unit)
+        closed = [a_part * stiffness + n_part * force for a_part, n_part in zip(a, n, strict=True)]
+        own_radius = w1 * a_size * inertia
+        mass_radius = w1 * a_size * stiffness
+        if self.problem.omega_c_rad_s is not None:
+            limit = Interval.of(k_i) / self.problem.omega_c_rad_s / self.problem.omega_c_rad_s
+            mass_radius = mass_radius + n_size * inertia * limit
+        discs = [
+            (
+                a[0] * inertia + closed[0] * inverse,
+                a[1] * inertia + closed[1] * inverse,
+                own_radius + mass_radius * inverse,
+            )
+            for inverse in self._inverse_masses()
+        ]
+        first, last = discs[0], discs[-1]
+        ends = [self._form(disc, disc) for disc in (first, last)]
+        if len(discs) == 1:
+            return ends[:1]
+        return [*ends, self._form(first, last) + ends[0].root() * ends[1].root()]
+
+    def _inverse_masses(self) -> list[Interval]:
+        mass = self.problem.mass
+        return [Interval.of(1.0) / m for m in ([mass.low_kg] if mass.is_fixed else [mass.low_kg, mass.high_kg])]
+
+    def _form(self, one: tuple[Enclosure, ...], other: tuple[Enclosure, ...]) -> Enclosure:
+        """The bilinear form L² Re(c̄ c') − r r' of two discs; of one disc with itself, with squares kept squares."""
+        level = Interval.of(self.level).square()
+        if one is other:
+            return (one[0].square() + one[1].square()) * level - one[2].square()
+        return (one[0] * other[0] + one[1] * other[1]) * level - one[2] * other[2]
+
+    def _performance(self, x: Enclosure, *, fast: bool) -> Enclosure:
+        """|W1|, from its polynomials in units of Ω."""
+        parts = []
+        for coefficients in (self.problem.performance.num, self.problem.performance.den):
+            trimmed = np.trim_zeros(np.array(coefficients, dtype=float), "f")
+            # Ω is a power of two, so that these products are exact.
+            row = [Interval.of(c * self.unit ** (trimmed.size - 1 - k)) for k, c in enumerate(trimmed)]
+            parts.append(row[::-1] if fast else row)
+        modulus = squared_polynomial(parts[0], x).root() * squared_polynomial(parts[1], x).root().reciprocal()
+        for _ in range(len(parts[1]) - len(parts[0]) if fast else 0):
+            modulus = modulus * x
+        return modulus
+
+
+def _on_axis(coefficients: list[Interval], x: Enclosure) -> tuple[Enclosure, Enclosure]:
+    """Real and imaginary part of a polynomial, by descending powers, at jx."""
+    ascending, square = coefficients[::-1], x.square()
+    parts = []
+    for start in (0, 1):
+        chosen = [c if k % 2 == 0 else -c for k, c in enumerate(ascending[start::2])]
+        parts.append(polynomial(chosen[::-1], square) if chosen else x.of_constant(0.0))
+    return parts[0], x * parts[1]
+
+
+def _enclosed(value: Fraction) -> Interval:
+    """The doubles on both sides of a rational number."""
+    nearest = float(value)
+    return Interval.of(np.nextafter(nearest, -np.inf), np.nextafter(nearest, np.inf))
