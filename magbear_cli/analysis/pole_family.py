@@ -107,7 +107,7 @@ def eigenvalues_with_error(matrix: Floats) -> tuple[Complexes, Floats]:
     """The eigenvalues (n,) by ascending real part, and a first-order bound (n,) of their rounding errors."""
     n = matrix.shape[0]
     balanced = with_balanced_states(StateSpace(matrix, np.zeros((n, 1)), np.zeros((1, n)), np.zeros((1, 1)))).a
-    values, left, right = eig(balanced, left=True, right=True)  # type: ignore[misc]  # stubs know no left vectors
+    values, left, right = eig(balanced, left=True, right=True)
     product = np.abs((left.conj() * right).sum(axis=0))
     lengths = np.linalg.norm(left, axis=0) * np.linalg.norm(right, axis=0)
     rounding = n * np.finfo(float).eps

@@ -79,7 +79,7 @@ class HalfPlaneProgram:
 
         X and Y are sought in functions made orthonormal over the grid, in units of the present |X| and |Y|; the mean of
         Re(θ (Y d − X n))/r is one, r the reference's |Y d − X n|, and nowhere is it below a small part of that: a
-        common factor of X and Y could otherwise vanish at some frequency, and with it the meaning of the winding number.
+        common factor of X and Y could otherwise vanish somewhere, and with it the meaning of the winding number.
 
         Raises
         ------

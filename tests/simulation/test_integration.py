@@ -57,7 +57,7 @@ def _reference(loop: Loop, end_s: float, times: Floats) -> tuple[Floats, Floats]
         answer = solve_ivp(
             slope, (start, end), state, method="Radau", jac=jacobian, rtol=1e-11, atol=1e-18, dense_output=True
         )
-        outputs = loop.c @ answer.sol(inside)  # type: ignore[misc]
+        outputs = loop.c @ answer.sol(inside)
         positions.append(outputs[SENSOR])
         currents.append(loop.magnets.current(outputs[DEMAND]))
         state = answer.y[:, -1]
