@@ -15,7 +15,7 @@ from magbear_cli.lti.norm import hinf_norm
 from magbear_cli.lti.state_space import StateSpace
 from magbear_cli.model.generalized_plant import Form, build_mixed_sensitivity_plant
 from magbear_cli.model.problem import ControlProblem, MassRange, RationalWeight
-from magbear_cli.synthesis import hinf
+from magbear_cli.synthesis import gamma_search, hinf
 from magbear_cli.synthesis.design import Design
 from magbear_cli.synthesis.hinf import HinfOptions, design_hinf
 
@@ -171,7 +171,7 @@ def test_a_destabilising_answer_is_not_believed(monkeypatch: pytest.MonkeyPatch)
             answers.append(lower_lft(plant, controller).poles().real.max() < 0)
         return answer
 
-    monkeypatch.setattr(hinf, "hinf_controller", watch)
+    monkeypatch.setattr(gamma_search, "hinf_controller", watch)
     design = design_hinf(_problem(LOW_PASS, 3310.0))
     assert not all(answers)
     assert any(answers)
@@ -181,13 +181,13 @@ def test_a_destabilising_answer_is_not_believed(monkeypatch: pytest.MonkeyPatch)
 
 def test_a_controller_lost_in_conversion_is_unverified(monkeypatch: pytest.MonkeyPatch) -> None:
     """When the controller in SI units does not have the norm it was found with, the status says so."""
-    convert = hinf._in_si
+    convert = gamma_search.controller_in_si
 
     def spoil(controller: StateSpace, unit_rad_s: float, unit_a: float) -> StateSpace:
         right = convert(controller, unit_rad_s, unit_a)
         return StateSpace(right.a, right.b, 2.0 * right.c, 2.0 * right.d)
 
-    monkeypatch.setattr(hinf, "_in_si", spoil)
+    monkeypatch.setattr(hinf, "controller_in_si", spoil)
     design = design_hinf(_problem(LOW_PASS, 5000.0))
     assert design.status is Status.UNVERIFIED
     assert "norm" in design.sentence
