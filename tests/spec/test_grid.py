@@ -148,7 +148,7 @@ def test_a_base_keeps_what_the_grid_does_not_name(studies: Path) -> None:
     """Simulations, report and the options of its controllers stay; the swept keys are the grid's."""
     base = (studies / "quickstart.yaml").read_text(encoding="utf-8")
     study = read_study_text(compile_sweep([1e4], [(3.0, 4.0), (3.0, 4.5)], ["fixed_order"], base), "text")
-    assert [case["controller"]["order"] for case in study.cases()] == [1, 1, 2, 2]
+    assert [case["controller"]["order"] for case in study.cases()] == [1, 1, 2, 2, 2, 2]
     assert len(next(study.cases())["simulate"]) == 2
     assert study.report == read_study(studies / "quickstart.yaml").report
     untouched = read_study_text(compile_sweep([], [], [], base), "text")

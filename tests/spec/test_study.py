@@ -24,7 +24,7 @@ controller: {method: mu_convex}
 """
 CONTROLLERS = {
     "mu_convex": {"uncertainty": "real", "max_order": 12},
-    "fixed_order": {"order": 1, "uncertainty": "real"},
+    "fixed_order": {"order": 1, "uncertainty": "real", "minimise": "worst_case"},
     "hinf": {"gamma_tolerance": 1e-3, "form": "mended"},
     "lqg": {"q": [1.0, 1e-5], "r": 3e-9, "xi": 1.0, "theta": 1e-15},
     "lqg_ltr": {"xi": [1e-7, 50.0], "theta": 8e-9, "q": [1e6, 1e-3], "r": 1e-10},
