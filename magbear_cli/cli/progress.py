@@ -115,8 +115,10 @@ def _bar(total: int) -> Generator[Progress]:
 
 @contextmanager
 def open_activity(what: str, *, wanted: bool | None) -> Generator[Callable[[str], None] | None]:
-    """A spinner with the name of what is being done, on a terminal."""
+    """What is being done: a spinner on a terminal, a line elsewhere when progress is asked for."""
     if wanted is False or not _can_animate():
+        if wanted:
+            tell(what)
         yield None
         return
     from rich.console import Console

@@ -62,7 +62,7 @@ def _work(
     request: Request,
 ) -> ExitCode:
     """What happens in the locked directory, to the table on the terminal."""
-    from magbear_cli.store.results import write_results
+    from magbear_cli.store.results import read_results, write_results
 
     cases, asked = planned
     missing = asked if request.fresh else directory.missing(asked)
@@ -77,6 +77,7 @@ def _work(
         tell(f"interrupted: {len(results.outcomes)} of {len(cases)} cases are stored in {directory.path}")
         tell(f"run the same command again to go on; magbear report {directory.path} draws what is there")
         return interrupted
+    results = read_results(directory.results_path)  # what is shown is what the file says
     report = _report(results, directory.report_path.parent, request)
     _present(results, directory.results_path, report, request)
     answered = {outcome.case_id for outcome in results.outcomes if outcome.status.is_answer}
@@ -104,11 +105,13 @@ def _asked(cases: tuple[Case, ...], only: Sequence[str]) -> tuple[Case, ...]:
 
 
 def _announcement(asked: int, missing: int, jobs: int) -> str:
-    plural = "" if asked == 1 else "s"
+    cases = f"{asked} case{'' if asked == 1 else 's'}"
     if not missing:
-        return f"{asked} of {asked} case{plural} reused, nothing to compute"
-    at_a_time = f"{missing} to compute, {min(missing, jobs)} at a time"
-    return f"{asked - missing} of {asked} case{plural} reused, {at_a_time}"
+        return f"{asked} of {cases} reused, nothing to compute"
+    at_a_time = f"{min(missing, jobs)} at a time"
+    if missing == asked:
+        return f"{cases} to compute, {at_a_time}"
+    return f"{asked - missing} of {cases} reused, {missing} to compute, {at_a_time}"
 
 
 def _compute(missing: tuple[Case, ...], options: RunnerOptions, directory: RunDirectory, request: Request) -> ExitCode:

@@ -45,7 +45,7 @@ def _table(left: Sequence[str], right: Sequence[str], last: str) -> Table:
     """An empty table with columns of words, of numbers, and one of words."""
     table = Table(box=None, pad_edge=False, padding=(0, 1, 0, 0), header_style="bold")
     for name in left:
-        table.add_column(name, no_wrap=name != "controller")
+        table.add_column(name, no_wrap=name != "design", overflow="fold")
     for name in right:
         table.add_column(name, justify="right", no_wrap=True)
     table.add_column(last)
@@ -54,7 +54,7 @@ def _table(left: Sequence[str], right: Sequence[str], last: str) -> Table:
 
 def _case_table(outcomes: Sequence[CaseOutcome]) -> Table:
     numbers = ("mass\nkg", "ω_c\nrad/s", "worst\ncase", "peak\nmu", "order", "|KS|\nA/µm")
-    table = _table(("case", "status", "controller"), numbers, "veri-\nfied")
+    table = _table(("case", "status", "design"), numbers, "veri-\nfied")
     for outcome in outcomes:
         summary = outcome.summary
         table.add_row(
@@ -74,7 +74,7 @@ def _case_table(outcomes: Sequence[CaseOutcome]) -> Table:
 
 def _step_table(outcomes: Sequence[CaseOutcome]) -> Table:
     numbers = ("mass\nkg", "step\nµm", "filter\nrad/s", "settles\nms", "over-\nshoot\n%", "peak\nA")
-    table = _table(("case", "controller"), numbers, "end")
+    table = _table(("case", "design"), numbers, "end")
     pairs = ((outcome, step) for outcome in outcomes for step in outcome.steps)
     shown = None
     for outcome, step in islice(pairs, MOST_STEPS):
