@@ -84,4 +84,4 @@ def _verdict(level: float, gamma: float) -> tuple[Status, str]:
         )
     if level > 1.0:
         return Status.NOT_ACHIEVED, f"the least gamma found is {level:.4g}: W1 and W3 are not met together (no proof)"
-    return Status.OK, ""
+    return Status.OK, f"gamma, the norm of W1 S beside W3 T, is {level:.4g}"
