@@ -1,0 +1,70 @@
+"""What the README shows works as it is shown."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from magbear_cli.spec import read_study_text
+
+ROOT = Path(__file__).parents[2]
+PAGE = (ROOT / "README.md").read_text("utf-8")
+
+
+def _blocks(language: str) -> list[str]:
+    return re.findall(rf"^```{language}\n(.*?)^```", PAGE, re.DOTALL | re.MULTILINE)
+
+
+def test_the_study_of_the_front_page_is_legal() -> None:
+    """The study that is shown can be run as it stands."""
+    (text,) = _blocks("yaml")
+    assert read_study_text(text, "README.md").case_count == 12
+
+
+def test_the_reading_example_reads(finished: Path, tmp_path: Path) -> None:
+    """The lines that open a results file without this project's code do so."""
+    (script,) = _blocks("python")
+    folder = tmp_path / "out" / "quickstart"
+    folder.mkdir(parents=True)
+    shutil.copy(finished / "results.h5", folder)
+    done = subprocess.run(
+        [sys.executable, "-c", script], cwd=tmp_path, capture_output=True, encoding="utf-8", timeout=120, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    (case, _) = json.loads((finished.parent / "done.json").read_text("utf-8"))["cases"]
+    assert float(done.stdout) == pytest.approx(case["peak_mu"], rel=0.05)  # largest on the grid, and beside it
+
+
+def test_the_options_of_the_front_page_exist() -> None:
+    """Every long option that the README names is one of a command, and it names all those of ``run``."""
+    import click
+
+    from magbear_cli.cli.main import COMMANDS, magbear
+
+    context = click.Context(magbear)
+    commands = {name: magbear.get_command(context, name) for name in COMMANDS}
+    options = {
+        name: {option for parameter in command.params for option in parameter.opts if option.startswith("--")}
+        for name, command in commands.items()
+        if command is not None
+    }
+    named = set(re.findall(r"(?<=[`\s\[])--[a-z][a-z-]*", PAGE))
+    assert named <= {"--version"}.union(*options.values())
+    assert options["run"] - {"--output", "--jobs"} <= named
+    assert {"`-o DIR`", "`-j N`"} <= set(re.findall(r"`-[oj] [A-Z]+`", PAGE))
+
+
+def test_every_exit_code_and_status_is_explained() -> None:
+    """The README tells all codes and statuses there are, and all public keys."""
+    from magbear_cli.errors import ExitCode, Status
+
+    codes = PAGE.split("Exit codes:")[1].split("\n\n")[0]
+    assert {int(code) for code in re.findall(r"\b\d+\b", codes)} == {int(code) for code in ExitCode}
+    for status in Status:
+        assert f"`{status.value}`" in PAGE
