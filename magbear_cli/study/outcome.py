@@ -81,7 +81,7 @@ class StepOutcome:
     end: str  # finished, touched_down, not_finite, diverged
     sentence: str
     settling_time_s: float | None
-    overshoot: float | None  # fraction of the step
+    overshoot: float | None  # fraction of the way to where it comes to rest
     rise_time_s: float | None
     peak_current_a: float | None
     final_error_m: float | None
