@@ -50,7 +50,12 @@ def test_the_options_of_the_front_page_exist() -> None:
     context = click.Context(magbear)
     commands = {name: magbear.get_command(context, name) for name in COMMANDS}
     options = {
-        name: {option for parameter in command.params for option in parameter.opts if option.startswith("--")}
+        name: {
+            option
+            for parameter in command.params
+            for option in (*parameter.opts, *parameter.secondary_opts)
+            if option.startswith("--")
+        }
         for name, command in commands.items()
         if command is not None
     }
