@@ -23,6 +23,7 @@ from magbear_cli.synthesis.fixed_order import best_lead
 from magbear_cli.synthesis.frequency_span import UNLIMITED_BANDWIDTH, FrequencySpan, frequency_span, with_bandwidth
 from magbear_cli.synthesis.half_plane_program import HalfPlaneProgram, Ratio
 from magbear_cli.synthesis.lag_chain import ChainRatio
+from magbear_cli.synthesis.peak import local_maxima, refined_peak
 from magbear_cli.synthesis.stabilisation import stabilises
 
 Floats = NDArray[np.float64]
@@ -118,16 +119,7 @@ def exact_level(problem: ControlProblem, controller: StateSpace) -> float:
     def level(omega: Floats) -> Floats:
         return worst_case_over_mass(problem, frequency_response(controller, omega)[:, 0, 0], omega)[0]
 
-    values = level(grid)
-    for _ in range(6):  # each pass puts 20 points between the neighbours of every high peak
-        peaks = _peaks(values, 0.98 * float(values.max()))
-        peaks = peaks[(peaks > 1) & (peaks < grid.size - 2)]
-        if peaks.size == 0:
-            break
-        fresh = np.geomspace(grid[peaks - 1], grid[peaks + 1], 22)[1:-1].ravel()
-        grid, places = np.unique(np.concatenate([grid, fresh]), return_index=True)
-        values = np.concatenate([values, level(fresh)])[places]
-    return float(values.max())
+    return refined_peak(level, grid)[0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,7 +177,7 @@ def _descend(program: HalfPlaneProgram, present: Ratio, level: float, omega: Flo
         solves += 1
         reached = program.level(candidate, directions(dense), dense)
         peak, on_grid = float(reached.max()), float(program.level(candidate, directions(omega), omega).max())
-        fresh = dense[_peaks(reached, on_grid * (1.0 + _EXCHANGE))]
+        fresh = dense[local_maxima(reached, on_grid * (1.0 + _EXCHANGE))]
         fresh = fresh[~np.isin(fresh, omega)]
         omega = np.union1d(omega, fresh)
         if best is None and not np.isfinite(peak) and step < free_steps:
@@ -200,9 +192,3 @@ def _descend(program: HalfPlaneProgram, present: Ratio, level: float, omega: Flo
     if best is None:
         raise NumericsError("no controller over these lags was found that stabilises every mass")
     return _Descent(best, target, omega, solves)
-
-
-def _peaks(values: Floats, least: float) -> NDArray[np.intp]:
-    """The interior local maxima above a value."""
-    inner = values[1:-1]
-    return np.flatnonzero((inner >= values[:-2]) & (inner >= values[2:]) & (inner > least)) + 1

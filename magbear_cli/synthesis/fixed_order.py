@@ -132,20 +132,32 @@ def best_lead(scaled: ControlProblem) -> LagRatio:
     """K = −k (1 + s/z)/(1 + s/p) with the least worst case on a grid of (k, z, p) that is stable for every mass."""
     span = frequency_span(scaled)
     gain = np.geomspace(1.2, 0.5 * max(span.fast**2, 10.0), 32)
-    zero = np.geomspace(0.1 * min(1.0, span.slow), span.fast, 14)
+    zero = np.geomspace(0.1, span.fast, 14)
     spread = np.geomspace(1.5, 3e3, 14)
     k, z, ratio = (axis.ravel() for axis in np.meshgrid(gain, zero, spread, indexing="ij"))
     p = z * ratio
     # Routh: (m s² − 1)(1 + s/p) + k (1 + s/z) is stable for k > 1 and k/z − 1/p > (k − 1)/p, whatever the mass.
     stable = k / z > k / p
     k, z, p = k[stable], z[stable], p[stable]
-    omega = span.grid(36, margin=10.0)
+    # A resonance can hide between few frequencies: the best on a coarse grid are judged again on a finer one.
+    for points, kept in ((36, 60), (400, 1)):
+        order = np.argsort(_worst_of_leads(scaled, (k, z, p), span.grid(points, margin=10.0)), kind="stable")[:kept]
+        k, z, p = k[order], z[order], p[order]
+    k_best, z_best, p_best = k[0], z[0], p[0]
+    x = -k_best * np.array([p_best / z_best, 1.0 - p_best / z_best])
+    return LagRatio(np.array([p_best]), x, np.array([1.0, 0.0]))
+
+
+def _worst_of_leads(
+    scaled: ControlProblem,
+    leads: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
+    omega: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """The worst case of each lead (k, z, p) over the mass range and these frequencies."""
+    k, z, p = leads
     worst = np.zeros(k.size)
     for point in omega:
         at = np.full(k.size, point)
         response = -k * (1 + 1j * point / z) / (1 + 1j * point / p) if np.isfinite(point) else -k * p / z + 0j
         worst = np.maximum(worst, worst_case_over_mass(scaled, np.asarray(response), at)[0])
-    best = int(np.argmin(worst))
-    k_best, z_best, p_best = k[best], z[best], p[best]
-    x = -k_best * np.array([p_best / z_best, 1.0 - p_best / z_best])
-    return LagRatio(np.array([p_best]), x, np.array([1.0, 0.0]))
+    return worst

@@ -77,9 +77,9 @@ class HalfPlaneProgram:
     def widest_margin(self, present: Ratio, directions: Complexes, omega: Floats, level: float) -> ChainRatio:
         """The controller with the largest s in |W1 Y d| + |W3 X n| + s u ≤ level·Re(θ (Y d − X n)), u the present Re.
 
-        X and Y are sought in functions made orthonormal over the grid, in units of the present |X| and |Y|; the mean of
-        Re(θ (Y d − X n))/r is one, r the reference's |Y d − X n|, and nowhere is it below a small part of that: a
-        common factor of X and Y could otherwise vanish somewhere, and with it the meaning of the winding number.
+        X and Y are sought in functions made orthonormal over the grid, in units of the present |X| and |Y|. The mean of
+        Re(θ (Y d − X n))/r is one, r the reference's |Y d − X n|, and nowhere is it below a small part of that: else a
+        common factor of X and Y could vanish at some frequency, and with it the meaning of the winding number.
 
         Raises
         ------

@@ -33,6 +33,7 @@ Complexes = NDArray[np.complex128]
 _LAGS = (1.0, 5.0)  # the slowest lag over the slow end of the span, the fastest over its fast end
 _CORE, _TAIL, _DENSE = 110, 14, 3000  # grid points within the span, on each side of it, and to find failures between
 _BEYOND_CORE, _BEYOND = 5.0, 1e5
+_X_REACH = 0.02  # of ω_c: slower lags of G_X nearly cancel each other, since W3 is tiny there
 _Y_PART = 0.85  # lags of G_Y beside those of G_X: more only make its coefficients large
 _FEWEST = 12  # lags, however narrow the span
 _SLACK = 1e-4  # relative room on the dense grid that a checker can be expected to confirm
@@ -100,7 +101,10 @@ class _Search:
         span = frequency_span(scaled)
         slow, fast = _LAGS[0] * span.slow, _LAGS[1] * span.fast
         count = max(_FEWEST, int(np.ceil(lags_per_decade * np.log10(fast / slow))))
-        return cls(scaled, level, span, np.geomspace(slow, fast, count), np.geomspace(slow, fast, int(_Y_PART * count)))
+        y_poles = np.geomspace(slow, fast, int(_Y_PART * count))
+        slow = max(slow, _X_REACH * span.fast)
+        count = max(_FEWEST, int(np.ceil(lags_per_decade * np.log10(fast / slow))))
+        return cls(scaled, level, span, np.geomspace(slow, fast, count), y_poles)
 
     def run(self, rounds: int) -> ImpossibilityCertificate | None:
         """Solve, look between the grid points, add what fails there, until nothing fails or the margin is gone."""

@@ -1,0 +1,186 @@
+"""Where linear control ends: the smallest bandwidth limit ω_c that is met, bracketed by two proofs.
+
+Above the bracket a stored controller is proven to meet the specification for every mass and frequency; below it a
+checked certificate proves that no linear controller does. Feasibility is monotone in ω_c, as W3 = s²/ω_c² only weakens.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from magbear_cli.analysis.certificate import CertificateCheck, check_certificate
+from magbear_cli.analysis.gridless import LevelProof, prove_level
+from magbear_cli.errors import NumericsError
+from magbear_cli.lti.state_space import StateSpace
+from magbear_cli.model.impossibility_certificate import ImpossibilityCertificate
+from magbear_cli.model.problem import ControlProblem
+from magbear_cli.synthesis.design import Design
+from magbear_cli.synthesis.exact_mass import ExactMassOptions, design_exact_mass
+from magbear_cli.synthesis.impossibility import ImpossibilityOptions, find_impossibility
+
+_AIM = 0.9992  # of the level: below it by what the proof needs between its boxes
+_CLOSE = 0.9984  # of the level: a design at least this near is near enough
+_SLOPE = 0.68  # −d log level/d log ω_c near the limit of a typical bearing, to start the secant
+_FARTHEST = 1e4  # times the start: a limit beyond it is reported as not there
+_WIDENING = (0.9, 1.0, 1.25, 1.6, 2.0, 3.0, 4.5, 7.0, 10.0)  # where a certificate is sought, in tolerances below
+_DENSITIES = (12.0, 14.0, 10.0)  # lags per decade to try in turn
+
+
+@dataclass(frozen=True)
+class LimitOptions:
+    """``tolerance``: relative width of the bracket that is good enough; ``level``: what is to be met.
+
+    ``max_order``: states of the controllers at the frontier; ``most_designs``: designs at most.
+    """
+
+    tolerance: float = 0.01
+    level: float = 1.0
+    max_order: int = 14
+    most_designs: int = 12
+
+
+@dataclass(frozen=True)
+class LimitBracket:
+    """Both sides of the limit for one problem; a side that was not found is None, and the sentence says why.
+
+    ``problem`` is the one asked about, its own ω_c aside. ``sentence`` is why the search stopped.
+    """
+
+    problem: ControlProblem
+    level: float
+    sentence: str
+    omega_c_feasible_rad_s: float | None = None
+    controller: StateSpace | None = None
+    worst_case: float = float("nan")
+    proof: LevelProof | None = None
+    omega_c_infeasible_rad_s: float | None = None
+    certificate: ImpossibilityCertificate | None = None
+    check: CertificateCheck | None = None
+    designs: int = 0
+    certificates_tried: int = 0
+
+    @property
+    def width(self) -> float:
+        """The width of the bracket over its upper end; infinite where a side is missing."""
+        if self.omega_c_feasible_rad_s is None or self.omega_c_infeasible_rad_s is None:
+            return float("inf")
+        return 1.0 - self.omega_c_infeasible_rad_s / self.omega_c_feasible_rad_s
+
+
+def bracket_limit(problem: ControlProblem, options: LimitOptions | None = None) -> LimitBracket:
+    """The bracket [ω_c proven impossible, ω_c proven met] of a problem, whatever ω_c it comes with.
+
+    The met side is found by a secant on the exact worst case over log ω_c, the other by certificates ever farther
+    below.
+    """
+    options = options or LimitOptions()
+    bracket = _feasible_side(problem, options)
+    if bracket.omega_c_feasible_rad_s is None:
+        return bracket
+    return _infeasible_side(bracket, options)
+
+
+@dataclass
+class _Secant:
+    """log ω_c against log level, from the designs so far."""
+
+    points: list[tuple[float, float]] = field(default_factory=list)  # (log ω_c, log(level/aim)), by ascending ω_c
+
+    def add(self, omega_c: float, excess: float) -> None:
+        self.points = sorted([*self.points, (float(np.log(omega_c)), float(np.log(excess)))])
+
+    def next(self) -> float:
+        """The ω_c at which the level is expected to be met."""
+        above = [point for point in self.points if point[1] > 0]
+        below = [point for point in self.points if point[1] <= 0]
+        if above and below:
+            (x0, y0), (x1, y1) = above[-1], below[0]
+            share = np.clip(y0 / (y0 - y1), 0.05, 0.95) if y0 > y1 else 0.5
+            return float(np.exp(x0 + share * (x1 - x0)))
+        x, y = (above or below)[-1 if above else 0]
+        return float(np.exp(x + np.clip(1.02 * y / _SLOPE, -1.5, 1.5)))
+
+
+def _feasible_side(problem: ControlProblem, options: LimitOptions) -> LimitBracket:
+    start = _first_guess(problem)
+    omega_c, secant, designs = start, _Secant(), 0
+    best: tuple[float, Design] | None = None
+    while designs < options.most_designs and start / _FARTHEST < omega_c < start * _FARTHEST:
+        designs += 1
+        try:
+            design = _design(problem, omega_c, options)
+        except NumericsError:
+            omega_c *= 1.03
+            continue
+        secant.add(omega_c, design.level / (_AIM * options.level))
+        if design.level <= _AIM * options.level * 1.0002 and (best is None or omega_c < best[0]):
+            best = omega_c, design
+            if design.level >= _CLOSE * options.level:
+                break
+        omega_c = secant.next()
+    if best is None:
+        sentence = f"no controller was found for any bandwidth limit up to {omega_c:.4g} rad/s"
+        return LimitBracket(problem, options.level, sentence, designs=designs)
+    omega_c, design = best
+    if design.controller is None:
+        raise NumericsError("an exact real-mass design came without a controller")
+    proof = prove_level(replace(problem, omega_c_rad_s=omega_c), design.controller, options.level)
+    if not proof.proved:
+        return LimitBracket(problem, options.level, f"not verified: {proof.sentence}", designs=designs)
+    return LimitBracket(
+        problem,
+        options.level,
+        "no certificate was sought yet",
+        omega_c_feasible_rad_s=omega_c,
+        controller=design.controller,
+        worst_case=design.level,
+        proof=proof,
+        designs=designs,
+    )
+
+
+def _design(problem: ControlProblem, omega_c: float, options: LimitOptions) -> Design:
+    return design_exact_mass(
+        replace(problem, omega_c_rad_s=omega_c), ExactMassOptions(max_order=options.max_order, loss=0.0)
+    )
+
+
+def _first_guess(problem: ControlProblem) -> float:
+    """Some tens of times the unstable pole, and faster than the frequency up to which W1 asks for |S| below one."""
+    omega = np.geomspace(1e-3, 1e5, 400) * problem.natural_rad_s
+    demanding = omega[problem.performance_bound(omega) > 1.0]
+    return 4.0 * max(10.0 * problem.natural_rad_s, float(demanding.max(initial=0.0)))
+
+
+def _infeasible_side(bracket: LimitBracket, options: LimitOptions) -> LimitBracket:
+    """Certificates at the tolerance below the met side, then farther and farther, until one is checked."""
+    met = bracket.omega_c_feasible_rad_s or np.nan
+    tried = 0
+    for widening in _WIDENING:
+        omega_c = met * (1.0 - min(widening * options.tolerance, 0.9))
+        problem = replace(bracket.problem, omega_c_rad_s=omega_c)
+        for certificate in _candidates(problem, options.level):
+            tried += 1
+            check = check_certificate(problem, certificate)
+            if check.valid:
+                answer = replace(
+                    bracket,
+                    omega_c_infeasible_rad_s=omega_c,
+                    certificate=certificate,
+                    check=check,
+                    certificates_tried=tried,
+                )
+                if answer.width <= options.tolerance:
+                    return replace(answer, sentence="the bracket is as narrow as asked for")
+                return replace(answer, sentence="no certificate closer to the met side was found")
+    return replace(bracket, sentence="no certificate of impossibility was found", certificates_tried=tried)
+
+
+def _candidates(problem: ControlProblem, level: float) -> Iterator[ImpossibilityCertificate]:
+    for density in _DENSITIES:
+        certificate = find_impossibility(problem, level, ImpossibilityOptions(lags_per_decade=density))
+        if certificate is not None:
+            yield certificate
