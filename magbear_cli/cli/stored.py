@@ -16,8 +16,19 @@ MATRICES = ("a", "b", "c", "d")
 
 
 def results_file(path: Path) -> Path:
-    """The results file that a path means: itself, or the one in a run's directory."""
-    return path / "results.h5" if path.is_dir() else path
+    """The results file that a path means: itself, or the one in a run's directory.
+
+    Raises
+    ------
+    InputError
+        when the directory is that of a run that was killed before it could write one.
+    """
+    if not path.is_dir():
+        return path
+    file, study = path / "results.h5", path / "study.yaml"
+    if study.is_file() and not file.exists():
+        raise InputError(f"{path} is a run without results yet; magbear run {study} -o {path} goes on with it")
+    return file
 
 
 class StoredControllers:

@@ -11,12 +11,14 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import psutil
 import pytest
 
+from magbear_cli.cli.main import Terminated
 from magbear_cli.cli.planning import planned_cases
+from magbear_cli.errors import ResumableError
 from magbear_cli.spec import read_study
 from magbear_cli.store.lock import DirectoryLock
 from magbear_cli.store.results import read_results
@@ -204,6 +206,41 @@ def test_an_interrupted_run_keeps_what_was_finished(
     study = read_study(slow_second)
     with RunDirectory(tmp_path / "out", study.text) as directory:
         assert [case.index for case in directory.missing(planned_cases(study))] == [1]
+
+
+@pytest.mark.parametrize("end", [(KeyboardInterrupt(), 130), (Terminated(), 143), (ResumableError("it is full"), 4)])
+def test_an_end_while_the_report_is_drawn_costs_the_report_only(
+    command: Command, finished: Path, tiny: Path, monkeypatch: pytest.MonkeyPatch, end: tuple[BaseException, int]
+) -> None:
+    """The results are there, the directory is free again, and the user knows how to go on."""
+
+    def write_report(*_: object, **__: object) -> NoReturn:
+        raise end[0]
+
+    monkeypatch.setattr("magbear_cli.report.writing.write_report", write_report)
+    shutil.copytree(finished / "cases", tiny.parent / "out" / "cases")
+    ended = command("run", tiny, "-o", "out")
+    assert (ended.code, ended.out) == (end[1], "")
+    assert "it is full" in ended.err or "run the same command again to go on" in ended.err
+    assert len(read_results(tiny.parent / "out" / "results.h5").outcomes) == 2
+    DirectoryLock(tiny.parent / "out").release()
+
+
+def test_a_full_disk_keeps_what_was_stored(
+    command: Command, tiny: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """When a case cannot be stored the run ends with 4, and no worker goes on without it."""
+
+    def keep(*_: object) -> NoReturn:
+        raise ResumableError("no space is left")
+
+    monkeypatch.setattr("magbear_cli.store.run_directory.RunDirectory.keep", keep)
+    before = set(psutil.Process().children(recursive=True))
+    ended = command("run", tiny, "-o", "out")
+    assert (ended.code, ended.out) == (4, "")
+    assert "no space is left" in ended.err
+    assert set(psutil.Process().children(recursive=True)) <= before
+    DirectoryLock(tmp_path / "out").release()
 
 
 @pytest.mark.parametrize("home", [None, "/proc/nowhere"])

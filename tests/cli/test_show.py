@@ -45,6 +45,15 @@ def test_what_is_no_results_file_is_told(command: Command, tmp_path: Path, name:
     assert "Traceback" not in ended.err
 
 
+def test_a_run_that_was_killed_is_told_how_to_go_on(command: Command, tiny: Path, tmp_path: Path) -> None:
+    """A directory with a study and without results is answered with the command that makes them."""
+    (tmp_path / "killed").mkdir()
+    shutil.copy(tiny, tmp_path / "killed" / "study.yaml")
+    ended = command("show", "killed")
+    assert ended.code == 2
+    assert "magbear run killed/study.yaml -o killed" in ended.err
+
+
 def test_a_report_is_drawn_again_where_it_is_asked_for(command: Command, finished: Path, tmp_path: Path) -> None:
     """The page goes into the given directory, and its name is all that is printed; it is the page of the run."""
     ended = command("report", finished, "-o", tmp_path / "a page")
