@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from magbear_cli.errors import NumericsError
+from magbear_cli.lti.connection import inverse, series
 from magbear_cli.lti.conversion import from_transfer_function, from_zeros_poles_gain
 from magbear_cli.lti.frequency import frequency_response
 from magbear_cli.lti.state_space import StateSpace
@@ -68,6 +69,19 @@ def test_repeated_poles_and_cancellations() -> None:
     np.testing.assert_allclose(frequency_response(quintuple, omega)[:, 0, 0], (s + 1.0) ** -5, rtol=1e-10)
     cancelled = from_transfer_function(np.poly([-3.0]), np.poly([-3.0, -2.0]))
     np.testing.assert_allclose(frequency_response(cancelled, omega)[:, 0, 0], 1.0 / (s + 2.0), rtol=1e-12)
+
+
+def test_a_rounding_error_in_a_does_not_spoil_the_response() -> None:
+    """A function in series with its inverse is one, even where a stray 1e-16 in A sends the balancing astray."""
+    sections = [
+        from_transfer_function(num, den) for num, den in (([1 / 0.0572, 1], [100, 1]), ([0.01, 1], [1 / 25.1, 1]))
+    ]
+    first = series(*sections)
+    loop = series(first, inverse(first))
+    spoiled = loop.a.copy()
+    spoiled[3, 2] += 2.2e-16
+    system = StateSpace(spoiled, loop.b, loop.c, loop.d)
+    np.testing.assert_allclose(frequency_response(system, np.geomspace(1e-2, 1e2, 50))[:, 0, 0], 1.0, rtol=1e-9)
 
 
 def test_many_frequencies_do_not_change_the_answer(
