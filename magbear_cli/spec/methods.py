@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
-from magbear_cli.spec.section import NonNegative, Section, Tiny, fault
+from magbear_cli.spec.section import NonNegative, Positive, Section, Tiny, fault
 
 
 def _not_all_zero(values: list[float]) -> list[float]:
@@ -17,6 +17,19 @@ def _not_all_zero(values: list[float]) -> list[float]:
 
 
 Pair = Annotated[list[NonNegative], Field(min_length=2, max_length=2), AfterValidator(_not_all_zero)]
+
+
+def _legal_grid(grid: list[float]) -> list[float]:
+    """The grid, unless it is empty or its number of points is no number of points."""
+    low, high, points = grid
+    if not low < high:
+        raise fault("E105", "must rise from low to high", "write [low, high, points]")
+    if points != int(points) or not 10 <= points <= 5000:
+        raise fault("E105", "must end with a whole number of points from 10 to 5000", "write [low, high, points]")
+    return grid
+
+
+FrequencyGrid = Annotated[list[Positive], Field(min_length=3, max_length=3), AfterValidator(_legal_grid)]
 
 
 class MuConvex(Section):
@@ -52,6 +65,27 @@ class Hinf(Section):
     )
 
 
+class MuDk(Section):
+    """D-K iteration: the classic mu-synthesis, with rational D-scales and complex blocks."""
+
+    method: Literal["mu_dk"]
+    d_order: int = Field(2, ge=0, le=8, description="Number of states of each fitted D-scale.")
+    iterations: int = Field(6, ge=0, le=30, description="Steps of D and K after the first controller, at most.")
+    gamma_tolerance: float = Field(1e-3, ge=1e-6, le=0.5, description="Relative width at which each K-step stops.")
+    frequency_grid: FrequencyGrid | None = Field(
+        None, description="[low, high, points]: logarithmic grid of the D-scales in rad/s; null: from the problem."
+    )
+    form: Literal["mended", "as_printed"] = Field(
+        "mended", description="The generalised plant as derived, or with the slips of the thesis's appendix A.5."
+    )
+    channel_scaling: bool = Field(
+        default=True, description="Scale the channels by constants first; false: the units of the thesis."
+    )
+    fit_every_scale: bool = Field(
+        default=False, description="Fit all D-scales, as the thesis did, and not only their ratios to the last."
+    )
+
+
 class Lqg(Section):
     """Linear quadratic Gaussian design at the nominal mass (thesis section 2.3.1)."""
 
@@ -80,6 +114,6 @@ class Stored(Section):
     case: str | None = Field(None, min_length=1, max_length=200, description="The case in it; null if it has one only.")
 
 
-METHODS: tuple[type[Section], ...] = (MuConvex, FixedOrder, Hinf, Lqg, LqgLtr, Stored)
+METHODS: tuple[type[Section], ...] = (MuConvex, FixedOrder, Hinf, MuDk, Lqg, LqgLtr, Stored)
 
-Controller = Annotated[MuConvex | FixedOrder | Hinf | Lqg | LqgLtr | Stored, Field(discriminator="method")]
+Controller = Annotated[MuConvex | FixedOrder | Hinf | MuDk | Lqg | LqgLtr | Stored, Field(discriminator="method")]

@@ -18,6 +18,7 @@ from magbear_cli.synthesis.hinf import HinfOptions, design_hinf
 from magbear_cli.synthesis.lqg import LqgOptions, design_lqg
 from magbear_cli.synthesis.lqg_ltr import LqgLtrOptions, design_lqg_ltr
 from magbear_cli.synthesis.mu_convex import MuConvexOptions, design_mu_convex
+from magbear_cli.synthesis.mu_dk import MuDkOptions, design_mu_dk
 
 Inputs = Mapping[str, Any]
 
@@ -56,8 +57,8 @@ def _tupled(options: Inputs) -> dict[str, Any]:
 def _stored(_: ControlProblem, options: Inputs) -> Design:
     try:
         controller = StateSpace.of(options["a"], options["b"], options["c"], options["d"])
-    except ValueError as error:
-        raise NumericsError(f"the matrices of {options['source']} do not fit together: {error}") from error
+    except (NumericsError, TypeError, ValueError) as error:
+        raise NumericsError(f"the matrices of {options['source']} are not those of a controller: {error}") from error
     if (controller.inputs, controller.outputs) != (1, 1):
         raise NumericsError(f"the controller of {options['source']} does not map one position to one current")
     return Design(controller, Status.OK)
@@ -67,6 +68,7 @@ METHODS: Mapping[str, Callable[[ControlProblem, dict[str, Any]], Design]] = {
     "mu_convex": lambda problem, options: design_mu_convex(problem, MuConvexOptions(**options)),
     "fixed_order": lambda problem, options: design_fixed_order(problem, FixedOrderOptions(**options)),
     "hinf": lambda problem, options: design_hinf(problem, HinfOptions(**options)),
+    "mu_dk": lambda problem, options: design_mu_dk(problem, MuDkOptions(**_tupled(options))),
     "lqg": lambda problem, options: design_lqg(problem, LqgOptions(**_tupled(options))),
     "lqg_ltr": lambda problem, options: design_lqg_ltr(problem, LqgLtrOptions(**_tupled(options))),
     "stored": _stored,

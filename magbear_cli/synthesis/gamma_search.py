@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +17,9 @@ from magbear_cli.lti.state_space import StateSpace
 DOUBLINGS = 40  # from 1 up to 1e12: a level beyond it means that nothing useful exists
 BISECTIONS = 60  # enough for a bracket of 1e12 down to a relative 1e-6
 AGREEMENT = 1.01  # a controller whose recomputed norm exceeds gamma by more is not believed
+
+
+Measure = Callable[[StateSpace], float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +42,14 @@ class GammaSearch:
     solves: int = 0
 
 
-def search_gamma(plant: StateSpace, tolerance: float, *, start: float = 1.0, doublings: int = DOUBLINGS) -> GammaSearch:
+def search_gamma(
+    plant: StateSpace,
+    tolerance: float,
+    *,
+    start: float = 1.0,
+    doublings: int = DOUBLINGS,
+    measure: Measure | None = None,
+) -> GammaSearch:
     """Double gamma until a candidate holds, then halve the bracket, keeping the best candidate seen.
 
     Parameters
@@ -47,6 +58,7 @@ def search_gamma(plant: StateSpace, tolerance: float, *, start: float = 1.0, dou
     tolerance : relative width of the last bracket
     start : the first gamma
     doublings : how often to double it in search of a first candidate
+    measure : the norm of the loop of a controller, ∞ when it is not stable; by default that of the plant's own loop
 
     Notes
     -----
@@ -57,9 +69,10 @@ def search_gamma(plant: StateSpace, tolerance: float, *, start: float = 1.0, dou
     NumericsError
         when the plant lies outside the method.
     """
+    measure = measure or (lambda controller: hinf_norm(lower_lft(plant, controller))[0])
     search, gamma = GammaSearch(), start
     for _ in range(doublings):
-        _try(plant, gamma, search)
+        _try(plant, gamma, search, measure)
         if search.best is not None:
             break
         gamma *= 2.0
@@ -69,7 +82,7 @@ def search_gamma(plant: StateSpace, tolerance: float, *, start: float = 1.0, dou
         upper = min(search.best.norm, search.best.gamma)
         if upper - search.failed_gamma <= tolerance * upper:
             break
-        _try(plant, 0.5 * (search.failed_gamma + upper), search)
+        _try(plant, 0.5 * (search.failed_gamma + upper), search, measure)
     return search
 
 
@@ -88,24 +101,24 @@ def controller_in_si(controller: StateSpace, unit_rad_s: float, unit_a: float) -
     return with_balanced_states(with_time_unit(current, 1.0 / unit_rad_s))
 
 
-def _try(plant: StateSpace, gamma: float, search: GammaSearch) -> None:
+def _try(plant: StateSpace, gamma: float, search: GammaSearch, measure: Measure) -> None:
     """One solve at this gamma, closed, measured, and kept when it holds and is the best."""
     search.solves += 1
     answer = hinf_controller(plant.a, plant.b, plant.c, plant.d, measurements=1, controls=1, gamma=gamma)
-    candidate, sentence = _measured(plant, answer, gamma)
+    candidate, sentence = _measured(answer, gamma, measure)
     if candidate is None:
         search.failed_gamma, search.sentence = max(gamma, search.failed_gamma), sentence
     elif search.best is None or candidate.norm <= search.best.norm:
         search.best = candidate
 
 
-def _measured(plant: StateSpace, answer: HinfAnswer, gamma: float) -> tuple[Candidate | None, str]:
+def _measured(answer: HinfAnswer, gamma: float, measure: Measure) -> tuple[Candidate | None, str]:
     """The candidate with the norm its loop really has, or the reason to refuse it."""
     if not answer.is_solved:
         return None, answer.sentence
     controller = StateSpace(answer.a, answer.b, answer.c, answer.d)
     try:
-        norm, _ = hinf_norm(lower_lft(plant, controller))
+        norm = measure(controller)
     except NumericsError as error:
         return None, str(error)
     if not norm <= AGREEMENT * gamma:

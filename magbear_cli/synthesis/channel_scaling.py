@@ -1,0 +1,66 @@
+"""Constant D-scales: the units of disturbance and error channels, found before anything else is fitted."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from magbear_cli.errors import NumericsError
+from magbear_cli.lti.balancing import with_balanced_states
+from magbear_cli.lti.state_space import StateSpace
+from magbear_cli.model.generalized_plant import GeneralizedPlant
+from magbear_cli.model.problem import ControlProblem
+from magbear_cli.synthesis.gamma_search import search_gamma, with_unit_penalty
+
+Floats = NDArray[np.float64]
+
+_FACTOR = 3.0  # between neighbouring scales: gamma is flat near its least value
+_TOLERANCE = 0.05  # of gamma while scales are compared
+_MOST_MOVES = 40
+
+
+def thesis_scales(problem: ControlProblem, plant: GeneralizedPlant) -> Floats:
+    """The thesis's unit of the uncertainty channel: forces count in k_z·1 m and Δ stands at the output (n,)."""
+    unit = problem.mass.inverse_deviation_per_kg / problem.negative_stiffness_n_per_m
+    return np.array([unit if name == "force" else 1.0 for name in plant.outputs[: -plant.measurements]])
+
+
+def with_channel_scales(plant: StateSpace, scales: Floats) -> StateSpace:
+    """D P D⁻¹ on the error outputs and disturbance inputs; measurement and control as they are."""
+    d = np.append(scales, 1.0)
+    return StateSpace(plant.a, plant.b / d, d[:, None] * plant.c, d[:, None] * plant.d / d)
+
+
+def constant_scales(plant: StateSpace) -> Floats:
+    """The scales (n,), powers of three with the last one 1, with the least H-infinity norm within reach.
+
+    Each move goes to the best neighbour in one scale, until none is better.
+
+    Raises
+    ------
+    NumericsError
+        when no scales within the moves give a stabilising controller.
+    """
+    found: dict[tuple[int, ...], float] = {}
+
+    def norm(powers: tuple[int, ...]) -> float:
+        if powers not in found:
+            scaled = with_channel_scales(plant, _FACTOR ** np.append(np.array(powers, dtype=float), 0.0))
+            search = search_gamma(with_balanced_states(with_unit_penalty(scaled)[0]), _TOLERANCE)
+            found[powers] = np.inf if search.best is None else search.best.norm
+        return found[powers]
+
+    present = (0,) * (plant.inputs - 2)
+    for _ in range(_MOST_MOVES):
+        steps = [
+            tuple(power + move * (place == channel) for place, power in enumerate(present))
+            for channel in range(len(present))
+            for move in (-1, 1)
+        ]
+        best = min([present, *steps], key=norm)
+        if best == present:
+            break
+        present = best
+    if not np.isfinite(norm(present)):
+        raise NumericsError("no constant D-scales were found for which a stabilising controller exists")
+    return _FACTOR ** np.append(np.array(present, dtype=float), 0.0)
