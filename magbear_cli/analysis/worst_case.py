@@ -82,7 +82,7 @@ def worst_weighted_sum(
     )
     worst = sums.argmax(axis=0)
     columns = np.arange(square.size)
-    return sums[worst, columns], 1.0 / inverse_mass[worst, columns]
+    return sums[worst, columns], np.clip(1.0 / inverse_mass[worst, columns], problem.mass.low_kg, problem.mass.high_kg)
 
 
 def worst_case(problem: ControlProblem, controller: StateSpace, omega_rad_s: Floats | None = None) -> WorstCase:

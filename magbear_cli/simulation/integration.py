@@ -118,7 +118,7 @@ def _march(run: _Run, start_s: float, end_s: float, pulse_n: float) -> bool:
             return True
         failures = 0
         place += 2 ** (finest - level)
-        level = max(0, level + halvings)
+        level = min(finest, max(0, level + halvings))
     return False
 
 
@@ -193,12 +193,10 @@ def _contact_s(piece: Piece, positions_m: Floats, limit_m: float, left_m: float)
     if not beyond.size:
         return float(np.inf)
     distance = piecewise([piece], left[None, :])
-    until = piece.start_s + piece.width_s * float(knots()[beyond[0]])
-    time = (
-        float(brentq(lambda t: float(distance(t)), piece.start_s, until, xtol=1e-300, rtol=1e-14))
-        if distance(until) < 0.0
-        else until
-    )
+    time, until = piece.start_s, piece.start_s + piece.width_s * float(knots()[beyond[0]])
+    if distance(time) > 0.0:  # else it starts there
+        is_crossed = distance(until) < 0.0
+        time = float(brentq(distance, time, until, xtol=1e-300, rtol=1e-14)) if is_crossed else until
     speed = -float(distance.derivative()(time))
     return time + (left_m / speed if speed > 0.0 else 0.0)
 

@@ -14,6 +14,7 @@ from magbear_cli.study.summary import case_document
 
 NOT_COMPARED = frozenset({"id", "index", "sentence", "repro", "verification", "steps"})
 WHERE_NOT_WHAT = frozenset({"worst_mass_kg", "worst_omega_rad_s"})  # the place of a flat maximum is arbitrary
+FRACTIONS = frozenset({"mu_flatness", "overshoot"})  # differ by what they add to one: near zero all is rounding
 
 
 @dataclass(frozen=True)
@@ -74,21 +75,25 @@ def _labelled(study: StudyResults) -> dict[str, CaseOutcome]:
 def _case_differences(label: str, first: CaseOutcome, second: CaseOutcome, rtol: float) -> Iterator[Difference]:
     one, two = case_document(first), case_document(second)
     for figure in one:
-        if figure not in NOT_COMPARED | WHERE_NOT_WHAT and not _agree(one[figure], two[figure], rtol):
+        if figure in NOT_COMPARED | WHERE_NOT_WHAT:
+            continue
+        if not _agree(one[figure], two[figure], rtol, float(figure in FRACTIONS)):
             yield Difference(label, figure, one[figure], two[figure])
     if len(first.steps) != len(second.steps):
         yield Difference(label, "steps", len(first.steps), len(second.steps))
         return
     for number, (step, other) in enumerate(zip(one["steps"], two["steps"], strict=True), start=1):
         for figure in step:
-            if figure != "sentence" and not _agree(step[figure], other[figure], rtol):
+            scale = abs(first.steps[number - 1].step_m) if figure == "final_error_m" else float(figure in FRACTIONS)
+            if figure != "sentence" and not _agree(step[figure], other[figure], rtol, scale):
                 yield Difference(label, f"step {number} {figure}", step[figure], other[figure])
 
 
-def _agree(first: object, second: object, rtol: float) -> bool:
+def _agree(first: object, second: object, rtol: float, scale: float) -> bool:
+    """Whether two values are the same within the tolerance of themselves, or of the scale on which they count."""
     both_numbers = all(isinstance(x, int | float) and not isinstance(x, bool) for x in (first, second))
     if both_numbers:
-        return math.isclose(float(first), float(second), rel_tol=rtol, abs_tol=1e-15)  # type: ignore[arg-type]
+        return math.isclose(float(first), float(second), rel_tol=rtol, abs_tol=max(rtol * scale, 1e-15))  # type: ignore[arg-type]
     return first == second
 
 

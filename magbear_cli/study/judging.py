@@ -68,7 +68,7 @@ def _over_frequency(problem: ControlProblem, controller: StateSpace, omega: Floa
     )
     summary = Summary(
         peak_mu=mu.peak_upper,
-        peak_mu_lower=mu.peak_lower,
+        peak_mu_lower=min(mu.peak_lower, mu.peak_upper),  # they may meet, to within rounding
         worst_case=worst.level,
         worst_mass_kg=worst.mass_kg,
         worst_omega_rad_s=worst.omega_rad_s,
@@ -81,16 +81,41 @@ def _over_frequency(problem: ControlProblem, controller: StateSpace, omega: Floa
 
 
 def verdict(design: Design, summary: Summary, verification: Verification) -> tuple[Status, str]:
-    """The status of a case with a controller, and why it is not ``ok``."""
+    """The status of a case with a controller, and why it is not ``ok``.
+
+    A worst case that is no number, where the loop cannot be evaluated, is no answer: the case has failed.
+    """
     if verification.verified:
         return Status.OK, ""
-    if (summary.max_pole_real_rad_s or 0.0) > 0.0 or verification.worst_level == np.inf:
+    if verification.worst_level == np.inf:
         return Status.UNSTABLE, f"the loop is not stable for every mass: {verification.sentence}"
-    worst = np.inf if summary.worst_case is None else summary.worst_case
+    worst = np.nan if summary.worst_case is None else summary.worst_case
+    if np.isnan(worst):
+        return Status.FAILED, f"the worst case cannot be computed: {verification.sentence}"
     if worst <= 1.0:
         return Status.UNVERIFIED, f"the worst case seems to be {worst:.4g}, but {verification.sentence}"
     own = f"{design.sentence}; " if design.sentence else ""
     return Status.NOT_ACHIEVED, f"{own}the worst case over the mass range is {worst:.4g}, above 1"
+
+
+def without_levels(summary: Summary) -> Summary:
+    """The summary of a loop that is not stable: the peaks of its curves are no levels of anything."""
+    return replace(
+        summary,
+        peak_mu=None,
+        peak_mu_lower=None,
+        worst_case=None,
+        worst_mass_kg=None,
+        worst_omega_rad_s=None,
+        peak_ks_a_per_m=None,
+        peak_sensitivity=None,
+        iso_zone=None,
+        gain_margin_low=None,
+        gain_margin_high=None,
+        phase_margin_deg=None,
+        disk_margin=None,
+        mu_flatness=None,
+    )
 
 
 def verify_controller(problem: ControlProblem, controller: StateSpace) -> Verification:

@@ -13,7 +13,7 @@ from magbear_cli.lti.state_space import StateSpace
 from magbear_cli.simulation.scenario import StepScenario
 from magbear_cli.simulation.step import simulate_step
 from magbear_cli.study.building import build_bearing, build_problem, build_scenarios, design_controller
-from magbear_cli.study.judging import judge_loop, verdict, verify_controller
+from magbear_cli.study.judging import judge_loop, verdict, verify_controller, without_levels
 from magbear_cli.study.outcome import CaseOutcome, StepOutcome, Summary
 
 
@@ -21,9 +21,12 @@ def run_case(inputs: Mapping[str, Any], case_id: str, index: int) -> CaseOutcome
     """The outcome of a case from its resolved inputs; what cannot be computed is a status with a sentence."""
     outcome = CaseOutcome(case_id, index, inputs, Status.FAILED)
     try:
-        return _computed(outcome)
-    except (NumericsError, np.linalg.LinAlgError) as error:
+        with np.errstate(all="ignore"):  # numbers near the ends of double overflow here; what matters is looked at
+            return _computed(outcome)
+    except NumericsError as error:
         return replace(outcome, sentence=str(error))
+    except (np.linalg.LinAlgError, ArithmeticError) as error:
+        return replace(outcome, sentence=f"its numbers are beyond what double precision can hold: {error}")
 
 
 def _computed(outcome: CaseOutcome) -> CaseOutcome:
@@ -38,6 +41,8 @@ def _computed(outcome: CaseOutcome) -> CaseOutcome:
     summary, frequency, poles = judge_loop(problem, controller)
     verification = verify_controller(problem, controller)
     status, sentence = verdict(design, summary, verification)
+    if status is Status.UNSTABLE:
+        summary = without_levels(summary)
     return replace(
         outcome,
         status=status,

@@ -9,16 +9,42 @@ from typing import Any
 import psutil
 import pytest
 
+from magbear_cli.spec import read_study_text
 from magbear_cli.study.events import CaseEnded, Event
 from magbear_cli.study.plan import Case, plan_cases
 from magbear_cli.study.runner import RunnerOptions, run_cases
 
 TARGETS = Path(__file__).parent / "targets"
 
+STUDY = """\
+magbear: 1
+name: small
+bearing: thesis_thrust
+mass_kg: [3.0, 4.5]
+performance: {dc_gain: 10, corner_rad_s: 200}
+bandwidth: {omega_c_rad_s: 20000}
+controller: {method: lqg}
+simulate: [{step_m: 10.0e-6, masses_kg: [3.6], samples: 21}]
+"""
+
 
 def inputs_of(act: str, number: int = 0) -> dict[str, Any]:
     """Inputs that ask the misbehaving target for one of its acts."""
     return {"act": act, "number": number, "controller": {"method": "none"}, "mass_kg": 3.0}
+
+
+@pytest.fixture(scope="session")
+def resolved() -> Callable[..., dict[str, Any]]:
+    """A function from overrides (``key=value``) to the resolved inputs of a small case of the thesis's bearing.
+
+    What comes by name replaces a part of the resolved inputs as it is, so that a test can ask for what no study may.
+    """
+
+    def resolve(*overrides: str, **parts: object) -> dict[str, Any]:
+        (inputs,) = read_study_text(STUDY, "the test", overrides).cases()
+        return {**inputs, **parts}
+
+    return resolve
 
 
 @pytest.fixture

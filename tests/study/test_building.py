@@ -1,0 +1,121 @@
+"""From plain inputs to the objects of the numerics: every key arrives where it belongs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from magbear_cli.errors import NumericsError, Status
+from magbear_cli.model.bearing import CurrentLaw
+from magbear_cli.study.building import (
+    build_bearing,
+    build_mass_range,
+    build_problem,
+    build_scenarios,
+    design_controller,
+)
+
+Resolve = Callable[..., dict[str, Any]]
+
+FULL_SCENARIO = (
+    "simulate=[{step_m: 5e-6, masses_kg: [3.0, 4.5], model: linear, prefilter: {omega_rad_s: 2e4, zeta: 0.7}, "
+    "sensor: {omega_rad_s: 4000, damping_rad_s: 560}, gravity_m_per_s2: 9.81, gravity_compensation: true, "
+    "rotor: {sensor_mass_kg: 0.5, stiffness_n_per_m: 1e8, damping_n_s_per_m: 10}, current_limit_a: 10, "
+    "disturbance: {force_n: 50, start_s: 1e-3, duration_s: 2e-3}, duration_s: 0.1, samples: 11}]"
+)
+
+
+def test_the_thesis_bearing_has_the_thesis_stiffnesses(resolved: Resolve) -> None:
+    """k_z = 4 k0 i0²/z0³ = 62 500 N/m and k_i = 4 k0 i0/z0² = 50 N/A at the origin (thesis eqs. 2.2-2.4)."""
+    problem = build_problem(resolved())
+    assert problem.negative_stiffness_n_per_m == pytest.approx(62500.0, rel=1e-12)
+    assert problem.current_stiffness_n_per_a == pytest.approx(50.0, rel=1e-12)
+    assert (problem.mass.low_kg, problem.mass.high_kg, problem.omega_c_rad_s) == (3.0, 4.5, 20000.0)
+    assert abs(complex(problem.performance(0.0))) == pytest.approx(10.0)
+
+
+def test_the_operating_point_is_where_the_bearing_is_linearised(resolved: Resolve) -> None:
+    """Off the middle of the gap the negative stiffness is larger."""
+    problem = build_problem(resolved("operating_point.position_m=1e-4"))
+    assert problem.negative_stiffness_n_per_m > 62500.0
+
+
+def test_the_current_law_is_that_of_the_study(resolved: Resolve) -> None:
+    """The half law halves k_i and leaves k_z."""
+    inputs = resolved("bearing.current_law=half_switched")
+    assert build_bearing(inputs).current_law is CurrentLaw.HALF_SWITCHED
+    assert build_problem(inputs).current_stiffness_n_per_a == pytest.approx(25.0, rel=1e-12)
+
+
+def test_no_bandwidth_is_no_limit(resolved: Resolve) -> None:
+    """Without ``bandwidth`` the problem has no W3."""
+    assert build_problem(resolved("bandwidth=null")).omega_c_rad_s is None
+
+
+def test_a_number_is_a_range_of_one_mass() -> None:
+    """One mass is fixed, two are a range, and a range that falls is refused."""
+    assert build_mass_range(3.6).is_fixed
+    assert not build_mass_range([3.0, 4.5]).is_fixed
+    with pytest.raises(NumericsError, match="mass range"):
+        build_mass_range([4.5, 3.0])
+
+
+def test_every_key_of_a_scenario_arrives(resolved: Resolve) -> None:
+    """A scenario with every option has every option, once for each mass, beside the entry that it comes from."""
+    inputs = resolved(FULL_SCENARIO, "operating_point.position_m=1e-5")
+    pairs = build_scenarios(inputs)
+    assert [scenario.mass_kg for scenario, _ in pairs] == [3.0, 4.5]
+    for scenario, entry in pairs:
+        assert entry is inputs["simulate"][0]
+        for key, value in entry.items():
+            if key == "masses_kg":
+                continue
+            built = getattr(scenario, key)
+            if isinstance(value, dict):
+                assert {name: getattr(built, name) for name in value} == value
+            else:
+                assert built == value
+        assert scenario.position_m == 1e-5
+
+
+def test_what_is_left_out_of_a_scenario_stays_out(resolved: Resolve) -> None:
+    """A bare step has neither filter nor sensor nor elastic rotor nor pulse."""
+    ((scenario, _),) = build_scenarios(resolved())
+    assert (scenario.prefilter, scenario.sensor, scenario.rotor, scenario.disturbance) == (None, None, None, None)
+
+
+@pytest.mark.parametrize("method", ["mu_convex", "fixed_order", "hinf", "lqg", "lqg_ltr"])
+def test_the_options_of_a_study_are_those_of_its_method(resolved: Resolve, method: str) -> None:
+    """What the study file calls an option the method knows, with every default: nothing is dropped or made up."""
+    from magbear_cli.synthesis import fixed_order, hinf, lqg, lqg_ltr, mu_convex
+
+    modules: dict[str, Any] = {
+        "mu_convex": mu_convex.MuConvexOptions,
+        "fixed_order": fixed_order.FixedOrderOptions,
+        "hinf": hinf.HinfOptions,
+        "lqg": lqg.LqgOptions,
+        "lqg_ltr": lqg_ltr.LqgLtrOptions,
+    }
+    given = dict(resolved(f"controller.method={method}")["controller"].items())
+    del given["method"]
+    made = modules[method](**{key: tuple(value) if isinstance(value, list) else value for key, value in given.items()})
+    assert {field: getattr(made, field) for field in made.__dataclass_fields__} == {
+        key: tuple(value) if isinstance(value, list) else value for key, value in given.items()
+    }
+
+
+def test_a_stored_controller_is_taken_as_it_is(resolved: Resolve) -> None:
+    """The matrices given are the controller's, to the last bit; a static gain has none but d."""
+    problem = build_problem(resolved())
+    matrices = {"a": [[-2e5]], "b": [[0.1]], "c": [[1.5e12]], "d": [[-7.6e6]]}
+    design = design_controller(problem, {"method": "stored", "source": "k.json", **matrices})
+    assert design.status is Status.OK
+    assert design.controller is not None
+    assert {name: getattr(design.controller, name).tolist() for name in "abcd"} == matrices
+    gain = design_controller(
+        problem, {"method": "stored", "source": "k.json", "a": [], "b": [], "c": [[]], "d": [[-1.0]]}
+    )
+    assert gain.controller is not None
+    assert gain.controller.order == 0
