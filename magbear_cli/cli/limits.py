@@ -35,11 +35,11 @@ def limits(
     *,
     as_json: bool,
 ) -> None:
-    """For each mass range, bracket the smallest bandwidth limit ω_c that linear control can meet.
+    """Bracket the smallest ω_c that linear control can meet.
 
-    Above the bracket a controller is proven to meet the specification for every mass and every frequency; below it a
-    checked certificate proves that no linear controller does. Without STUDY, for the thesis's thrust bearing. The
-    study's own bandwidth limit and controller do not matter here.
+    One bracket for each mass range. Above it a controller is proven to meet the specification for every mass and every
+    frequency; below it a checked certificate proves that no linear controller does. Without STUDY, for the thesis's
+    thrust bearing. The study's own bandwidth limit and controller do not matter here.
 
     \b
     Example:  magbear limits --mass 3.0:3.5 --mass 3.0:4.5
