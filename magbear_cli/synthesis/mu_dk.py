@@ -67,6 +67,8 @@ class MuDkOptions:
             low, high, points = self.frequency_grid
             if not (0 < low < high < np.inf and 2 <= points < np.inf):
                 raise NumericsError(f"a frequency grid needs 0 < low < high and two points, not {self.frequency_grid}")
+            if points < 2 * self.d_order + 1:
+                raise NumericsError(f"{points:.0f} points do not determine D-scales of order {self.d_order}")
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,7 +20,7 @@ from magbear_cli.lti.state_space import StateSpace
 
 Floats = NDArray[np.float64]
 
-_LARGEST_LOG_GAIN = 100.0
+_EDGE = 0.98  # of half the window: where a start on its edge begins, so that it can still move
 _EVALUATIONS = 60  # of one least-squares descent; what is left to gain then is below the error of the fit
 _MATTERS = 0.05  # of the largest weight: corners start where the weights are above it
 _MARGINS = (0.0, 0.15, 0.3)  # of the logarithmic width of that range, left free at both of its ends
@@ -67,24 +67,43 @@ def fit_scale(omega_rad_s: Floats, log_d: Floats, weights: Floats, order: int) -
     """
     if order == 0:
         return [ScaleFit(float(np.average(log_d, weights=weights**2)), np.empty(0), np.empty(0))]
-    bounds = _bounds(omega_rad_s, order)
+    window = _Window(float(np.log(omega_rad_s[0])), float(np.log(omega_rad_s[-1])))
 
-    def residual(unknowns: Floats) -> Floats:
-        return weights * (_log_magnitude(unknowns, omega_rad_s) - log_d)
+    def residual(free: Floats) -> Floats:
+        return weights * (_log_magnitude(window.inside(free), omega_rad_s) - log_d)
 
-    def jacobian(unknowns: Floats) -> Floats:
-        return weights[:, None] * _slopes(unknowns, omega_rad_s)
+    def jacobian(free: Floats) -> Floats:
+        return weights[:, None] * _slopes(window.inside(free), omega_rad_s) * window.slopes(free)
 
     answers = []
     for start in _starts(omega_rad_s, weights, order):
         start[0] = np.average(log_d - _log_magnitude(start, omega_rad_s), weights=weights**2)
-        inside = np.clip(start, bounds[0] + 1e-6, bounds[1] - 1e-6)
-        answers.append(least_squares(residual, inside, jacobian, bounds=bounds, max_nfev=_EVALUATIONS))
+        answers.append(least_squares(residual, window.outside(start), jacobian, method="lm", max_nfev=_EVALUATIONS))
     answers.sort(key=lambda answer: float(answer.cost))
-    return [
-        ScaleFit(float(answer.x[0]), np.exp(answer.x[1 : order + 1]), np.exp(answer.x[order + 1 :]))
-        for answer in answers
-    ]
+    found = [window.inside(answer.x) for answer in answers]
+    return [ScaleFit(float(x[0]), np.exp(x[1 : order + 1]), np.exp(x[order + 1 :])) for x in found]
+
+
+@dataclass(frozen=True)
+class _Window:
+    """The range of the logarithms of the corners, reached by a hyperbolic tangent from numbers without bounds."""
+
+    low: float
+    high: float
+
+    def inside(self, free: Floats) -> Floats:
+        """The unknowns: the gain as it is, the corners in the window."""
+        middle, half = (self.low + self.high) / 2.0, (self.high - self.low) / 2.0
+        return np.concatenate([free[:1], middle + half * np.tanh(free[1:])])
+
+    def outside(self, unknowns: Floats) -> Floats:
+        """The numbers that ``inside`` takes to these unknowns, or near them if they lie on the edge."""
+        middle, half = (self.low + self.high) / 2.0, (self.high - self.low) / 2.0
+        return np.concatenate([unknowns[:1], np.arctanh(np.clip((unknowns[1:] - middle) / half, -_EDGE, _EDGE))])
+
+    def slopes(self, free: Floats) -> Floats:
+        """The derivatives of ``inside``, one for each unknown."""
+        return np.concatenate([[1.0], (self.high - self.low) / 2.0 * (1.0 - np.tanh(free[1:]) ** 2)])
 
 
 def _log_magnitude(unknowns: Floats, omega: Floats) -> Floats:
@@ -101,12 +120,6 @@ def _slopes(unknowns: Floats, omega: Floats) -> Floats:
     slopes = squares / (1.0 + squares)
     slopes[:, :order] *= -1.0
     return np.concatenate([np.ones((omega.size, 1)), slopes], axis=1)
-
-
-def _bounds(omega: Floats, order: int) -> tuple[Floats, Floats]:
-    low, high = np.full(2 * order + 1, np.log(omega[0])), np.full(2 * order + 1, np.log(omega[-1]))
-    low[0], high[0] = -_LARGEST_LOG_GAIN, _LARGEST_LOG_GAIN
-    return low, high
 
 
 def _starts(omega: Floats, weights: Floats, order: int) -> Iterator[Floats]:
