@@ -82,7 +82,7 @@ class Interval:
     def reciprocal(self) -> Interval:
         """1/x; the whole line where zero is inside."""
         inside = (self.low <= 0.0) & (self.high >= 0.0)
-        result = _outward(1.0 / self.high, 1.0 / self.low)
+        result = _outward(1.0 / np.where(inside, 1.0, self.high), 1.0 / np.where(inside, 1.0, self.low))
         return Interval(np.where(inside, -np.inf, result.low), np.where(inside, np.inf, result.high))
 
     def square(self) -> Interval:

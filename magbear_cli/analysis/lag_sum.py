@@ -78,20 +78,27 @@ class LagSum:
         return real, (lowest / (fastest.square() * square + 1.0)).sum()
 
     def _over_boxes(self, low: Floats, high: Floats) -> tuple[Enclosure, Enclosure]:
-        """The Taylor series, or below all poles, where the derivative at 0 vanishes, that of H in G = G(0) + s² H."""
+        """The Taylor series of the sum; beyond all poles, on the side where a term vanishes, that of what is left."""
         coefficients = self.coefficients
-        below = high < self.poles[0]
-        if self.derived != 0 or not below.any():
+        if self.derived is None:
             return self._taylor(coefficients, self.constant, low, high)
-        if not below.all():
-            parts = [self._over_boxes(low[where], high[where]) for where in (below, ~below)]
-            places = np.argsort(np.concatenate([np.flatnonzero(below), np.flatnonzero(~below)]))
+        beyond = high < self.poles[0] if self.derived == 0 else low > self.poles[-1]
+        if not beyond.any():
+            return self._taylor(coefficients, self.constant, low, high)
+        if not beyond.all():
+            parts = [self._over_boxes(low[where], high[where]) for where in (beyond, ~beyond)]
+            places = np.argsort(np.concatenate([np.flatnonzero(beyond), np.flatnonzero(~beyond)]))
             both = _stacked([part[0] for part in parts]), _stacked([part[1] for part in parts])
             return both[0].reordered(places), both[1].reordered(places)
-        # p/(s + p) = 1 − s/p + (s/p)² p/(s + p), and the sum of the second terms is zero.
-        real, imaginary = self._taylor(coefficients / Interval.of(self.poles).square(), 0.0, low, high)
         square = Enclosure.of_variable(low, high).square()
-        return -(square * real) + (coefficients.sum() + self.constant), -(square * imaginary)
+        if self.derived == 0:  # p/(s + p) = 1 − s/p + (s/p)² p/(s + p), and the sum of the second terms is zero
+            real, imaginary = self._taylor(coefficients / Interval.of(self.poles).square(), 0.0, low, high)
+            return -(square * real) + (coefficients.sum() + self.constant), -(square * imaginary)
+        # p/(s + p) = p/s − (p/s)² + (p/s)² p/(s + p), and the sum of the first terms is zero
+        steeper = coefficients * Interval.of(self.poles).square()
+        real, imaginary = self._taylor(steeper, 0.0, low, high)
+        inverse = square.reciprocal()
+        return inverse * (-real + steeper.sum()) + self.constant, -(inverse * imaginary)
 
     def _taylor(
         self, coefficients: Interval, constant: float, low: Floats, high: Floats
