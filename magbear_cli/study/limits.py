@@ -25,7 +25,8 @@ _AIM = 0.9992  # of the level: below it by what the proof needs between its boxe
 _CLOSE = 0.9984  # of the level: a design at least this near is near enough
 _SLOPE = 0.68  # −d log level/d log ω_c near the limit of a typical bearing, to start the secant
 _FARTHEST = 1e4  # times the start: a limit beyond it is reported as not there
-_WIDENING = (0.9, 1.0, 1.25, 1.6, 2.0, 3.0, 4.5, 7.0, 10.0)  # where a certificate is sought, in tolerances below
+_CLOSEST = 0.003  # of ω_c: no certificate is sought closer to the met side, where each side's own loss is larger
+_FARTHER, _FARTHEST_GAP = 1.4, 0.3  # factor from one gap to the next, and the last
 _DENSITIES = (12.0, 14.0, 10.0)  # lags per decade to try in turn
 
 
@@ -159,8 +160,10 @@ def _infeasible_side(bracket: LimitBracket, options: LimitOptions) -> LimitBrack
     """Certificates at the tolerance below the met side, then farther and farther, until one is checked."""
     met = bracket.omega_c_feasible_rad_s or np.nan
     tried = 0
-    for widening in _WIDENING:
-        omega_c = met * (1.0 - min(widening * options.tolerance, 0.9))
+    gap = max(0.9 * options.tolerance, _CLOSEST)
+    gaps = gap * _FARTHER ** np.arange(1 + max(0, int(np.log(_FARTHEST_GAP / gap) / np.log(_FARTHER))))
+    for gap in gaps:
+        omega_c = met * (1.0 - min(float(gap), 0.9))
         problem = replace(bracket.problem, omega_c_rad_s=omega_c)
         for certificate in _candidates(problem, options.level):
             tried += 1
