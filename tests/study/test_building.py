@@ -86,15 +86,16 @@ def test_what_is_left_out_of_a_scenario_stays_out(resolved: Resolve) -> None:
     assert (scenario.prefilter, scenario.sensor, scenario.rotor, scenario.disturbance) == (None, None, None, None)
 
 
-@pytest.mark.parametrize("method", ["mu_convex", "fixed_order", "hinf", "lqg", "lqg_ltr"])
+@pytest.mark.parametrize("method", ["mu_convex", "fixed_order", "hinf", "mu_dk", "lqg", "lqg_ltr"])
 def test_the_options_of_a_study_are_those_of_its_method(resolved: Resolve, method: str) -> None:
     """What the study file calls an option the method knows, with every default: nothing is dropped or made up."""
-    from magbear_cli.synthesis import fixed_order, hinf, lqg, lqg_ltr, mu_convex
+    from magbear_cli.synthesis import fixed_order, hinf, lqg, lqg_ltr, mu_convex, mu_dk
 
     modules: dict[str, Any] = {
         "mu_convex": mu_convex.MuConvexOptions,
         "fixed_order": fixed_order.FixedOrderOptions,
         "hinf": hinf.HinfOptions,
+        "mu_dk": mu_dk.MuDkOptions,
         "lqg": lqg.LqgOptions,
         "lqg_ltr": lqg_ltr.LqgLtrOptions,
     }

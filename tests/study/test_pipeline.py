@@ -28,6 +28,7 @@ CONTROLLERS = {
     "fixed_order": "controller={method: fixed_order}",
     "fixed_order least current": "controller={method: fixed_order, minimise: ks_peak}",
     "hinf": "controller={method: hinf}",
+    "mu_dk": "controller={method: mu_dk, d_order: 1, iterations: 0, channel_scaling: false}",
     "hinf as printed": "controller={method: hinf, form: as_printed}",
     "lqg": "controller={method: lqg}",
     "lqg_ltr": "controller={method: lqg_ltr}",
