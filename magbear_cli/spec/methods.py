@@ -59,7 +59,7 @@ class Hinf(Section):
     """H-infinity mixed sensitivity by gamma iteration, at the nominal mass."""
 
     method: Literal["hinf"]
-    gamma_tolerance: float = Field(1e-3, ge=1e-8, le=0.5, description="Relative width at which the iteration stops.")
+    gamma_tolerance: float = Field(1e-3, ge=1e-6, le=0.5, description="Relative width at which the iteration stops.")
     form: Literal["mended", "as_printed"] = Field(
         "mended", description="The generalised plant as derived, or with the slips of the thesis's appendix A.2."
     )
