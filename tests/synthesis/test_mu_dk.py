@@ -78,15 +78,25 @@ def test_the_bound_with_fitted_scales_lies_above_mu(thrust_problem: Maker) -> No
 
 
 def test_the_procedure_of_the_thesis_is_a_setting(thrust_problem: Maker) -> None:
-    """One step with fits of fifth order in the thesis's units and grid: many states, and worse than the iteration."""
-    problem = thrust_problem(3.0, 4.5, 2e4)
-    options = MuDkOptions(
-        d_order=5, iterations=1, gamma_tolerance=0.01, frequency_grid=(10.0, 1e4, 50), channel_scaling=False
+    """One step, every scale fitted with order five on the thesis's grid: 33 states, and mu near one and above.
+
+    The thesis (section 3.5) finds 3.0-4.5 kg just achievable at 20 000 rad/s and out of reach at 10 000; the iteration
+    reaches 0.512 and 0.721.
+    """
+    thesis = MuDkOptions(
+        d_order=5,
+        iterations=1,
+        gamma_tolerance=0.01,
+        frequency_grid=(10.0, 1e4, 50),
+        channel_scaling=False,
+        fit_every_scale=True,
     )
-    design = design_mu_dk(problem, options)
-    assert design.controller is not None
-    assert design.controller.order == 23
-    assert 0.52 < design.level < design.statistics["first_peak_mu"]
+    achieved, failed = (design_mu_dk(thrust_problem(3.0, 4.5, omega_c), thesis) for omega_c in (2e4, 1e4))
+    assert achieved.controller is not None
+    assert achieved.controller.order == 33
+    assert achieved.level == pytest.approx(1.05, abs=0.1)
+    assert failed.status is Status.NOT_ACHIEVED
+    assert failed.level > 1.1
 
 
 def test_every_order_and_form_is_answered_truly(thrust_problem: Maker) -> None:
