@@ -110,7 +110,11 @@ class Stored(Section):
     """A controller that exists already, judged and simulated like the rest."""
 
     method: Literal["stored"]
-    path: str = Field(min_length=1, max_length=4096, description="A results file, from the study's folder.")
+    path: str = Field(
+        min_length=1,
+        max_length=4096,
+        description="A results file, a run's directory or a .json of matrices, from the study's folder.",
+    )
     case: str | None = Field(None, min_length=1, max_length=200, description="The case in it; null if it has one only.")
 
 
