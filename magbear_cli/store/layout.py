@@ -143,7 +143,7 @@ STEP = Group(
         Field("end", "how the simulation ended", kind=Kind.TEXT),
         Field("sentence", "why it ended so", kind=Kind.TEXT),
         Field("settling_time_s", "settling time to 2 %", "s"),
-        Field("overshoot", "overshoot as a fraction of the step"),
+        Field("overshoot", "overshoot as a fraction of the way to where it comes to rest"),
         Field("rise_time_s", "rise time from 10 % to 90 %", "s"),
         Field("peak_current_a", "largest control current", "A"),
         Field("final_error_m", "error at the end", "m"),
