@@ -237,7 +237,9 @@ def test_limits_under_which_nothing_can_run_are_refused(limits: dict[str, Any]) 
 
 
 PARENT = """
+import signal
 import sys
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a test run in the background inherits that it is ignored
 sys.path.insert(0, {tests!r})
 from magbear_cli.study.plan import plan_cases
 from magbear_cli.study.plan import Case
