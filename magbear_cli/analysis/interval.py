@@ -48,7 +48,8 @@ class Interval:
     def __mul__(self, other: Operand) -> Interval:
         """The product."""
         right = as_interval(other)
-        ends = (self.low * right.low, self.low * right.high, self.high * right.low, self.high * right.high)
+        with np.errstate(over="ignore"):  # an infinite end encloses all the same
+            ends = (self.low * right.low, self.low * right.high, self.high * right.low, self.high * right.high)
         low = np.minimum(np.minimum(ends[0], ends[1]), np.minimum(ends[2], ends[3]))
         high = np.maximum(np.maximum(ends[0], ends[1]), np.maximum(ends[2], ends[3]))
         return _outward(low, high)
