@@ -32,7 +32,7 @@ STATUS_MARKS = {
     Status.FAILED: "–",
 }
 _ONE = {
-    Status.INFEASIBLE: "is proven impossible: no controller of the kind asked for meets its specification",
+    Status.INFEASIBLE: "is proven impossible: no linear controller meets its specification",
     Status.NOT_ACHIEVED: "was not achieved: its method found no controller that meets the specification, which does "
     "not prove that there is none",
     Status.UNVERIFIED: "looks good to its method but did not pass the independent check",
@@ -42,7 +42,7 @@ _ONE = {
     Status.FAILED: "could not be computed",
 }
 _MANY = {
-    Status.INFEASIBLE: "are proven impossible: no controller of the kind asked for meets their specification",
+    Status.INFEASIBLE: "are proven impossible: no linear controller meets their specification",
     Status.NOT_ACHIEVED: "were not achieved: their methods found no controller that meets the specification, which "
     "does not prove that there is none",
     Status.UNVERIFIED: "look good to their methods but did not pass the independent check",

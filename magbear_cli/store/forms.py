@@ -10,6 +10,7 @@ from magbear_cli.store.layout import (
     CASE_FIELDS,
     CONTROLLER,
     FREQUENCY,
+    IMPOSSIBILITY,
     LAYOUT_VERSION,
     ORIGIN,
     POLES,
@@ -23,7 +24,7 @@ from magbear_cli.store.layout import (
 from magbear_cli.store.tree import Branch, content_digest, grow_fields, grow_group, harvest_fields, lifted
 from magbear_cli.study.outcome import CaseOutcome, StudyResults, Summary
 
-PARTS = (CONTROLLER, FREQUENCY, POLES)
+PARTS = (CONTROLLER, FREQUENCY, POLES, IMPOSSIBILITY)
 RESULTS_FORMAT = "magbear results"
 DIGEST = "content_sha256"
 

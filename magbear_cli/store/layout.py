@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from magbear_cli.lti.state_space import StateSpace
-from magbear_cli.study.outcome import FrequencyStudy, PoleStudy, StepOutcome, Summary
+from magbear_cli.study.outcome import FrequencyStudy, ImpossibilityProof, PoleStudy, StepOutcome, Summary
 
-LAYOUT_VERSION = 1  # raised when a dataset changes its name, unit, axes or meaning
+LAYOUT_VERSION = 2  # raised when a dataset changes its name, unit, axes or meaning
 
 
 class Kind(StrEnum):
@@ -59,6 +59,9 @@ COUNTED_AXES = {
     "input": "input of the controller: measured position",
     "output": "output of the controller: control current",
     "pole": "closed-loop pole, sorted",
+    "x_lag": "lag of G_X, slowest first",
+    "y_lag": "lag of G_Y, slowest first",
+    "y_term": "constant of G_Y, then its lags",
 }
 
 OMEGA = ("omega_rad_s",)
@@ -86,7 +89,9 @@ SUMMARY = Group(
         Field("disk_margin", "disk margin"),
         Field("max_pole_real_rad_s", "largest real part of a closed-loop pole over the mass range", "rad/s"),
         Field("mu_flatness", "1 - min/max of the structured singular value from 10 to 1e5 rad/s"),
-        Field("verified", "whether the independent check agreed", kind=Kind.FLAG),
+        Field("worst_case_proven", "proven upper bound of this controller's worst case over all frequencies"),
+        Field("lower_bound", "proven lower bound of the worst case of every linear controller"),
+        Field("verified", "whether the controller is proven to meet the specification", kind=Kind.FLAG),
         Field("verification_sentence", "what the independent check found", kind=Kind.TEXT),
     ),
 )
@@ -128,6 +133,19 @@ POLES = Group(
     (
         Field("masses_kg", "rotor mass", "kg", MASS),
         Field("poles_rad_s", "closed-loop poles", "rad/s", (*MASS, "pole"), Kind.COMPLEX),
+    ),
+)
+
+IMPOSSIBILITY = Group(
+    "impossibility",
+    ImpossibilityProof,
+    (
+        Field("level", "every linear controller's worst case is above this level"),
+        Field("x_poles_rad_s", "poles of G_X, negated", "rad/s", ("x_lag",)),
+        Field("x_coefficients", "constant of G_X, then the coefficients of all lags but the slowest", "1", ("x_lag",)),
+        Field("y_poles_rad_s", "poles of G_Y, negated", "rad/s", ("y_lag",)),
+        Field("y_coefficients", "constant of G_Y, then the coefficients of the lags", "1", ("y_term",)),
+        Field("sentence", "what the checker found", kind=Kind.TEXT),
     ),
 )
 

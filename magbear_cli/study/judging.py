@@ -12,7 +12,7 @@ from magbear_cli.analysis.loop_functions import loop_functions, peak_control_sen
 from magbear_cli.analysis.margins import stability_margins
 from magbear_cli.analysis.pole_family import pole_family
 from magbear_cli.analysis.uncertain_loop import mu_study
-from magbear_cli.analysis.verification import Verification, verify
+from magbear_cli.analysis.verification import Verification
 from magbear_cli.analysis.worst_case import peak_sensitivity, worst_case, worst_case_over_mass
 from magbear_cli.errors import Status
 from magbear_cli.lti.state_space import StateSpace
@@ -116,8 +116,3 @@ def without_levels(summary: Summary) -> Summary:
         disk_margin=None,
         mu_flatness=None,
     )
-
-
-def verify_controller(problem: ControlProblem, controller: StateSpace) -> Verification:
-    """The independent check of the specification: stable for every mass, and level 1."""
-    return verify(problem, controller, 1.0)

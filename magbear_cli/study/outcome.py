@@ -40,7 +40,9 @@ class Summary:
     disk_margin: float | None = None
     max_pole_real_rad_s: float | None = None  # over the mass range
     mu_flatness: float | None = None  # 1 − min/max of mu over 10 … 1e5 rad/s
-    verified: bool = False
+    worst_case_proven: float | None = None  # this controller's worst case is below it, for all ω: proven
+    lower_bound: float | None = None  # every linear controller's worst case is above it: proven
+    verified: bool = False  # proven to meet the specification
     verification_sentence: str = ""
 
 
@@ -67,6 +69,21 @@ class PoleStudy:
 
     masses_kg: Floats  # (k,)
     poles_rad_s: Complexes  # (k, n)
+
+
+@dataclass(frozen=True)
+class ImpossibilityProof:
+    """A checked certificate: every linear controller's worst case is above the level (decision 0010).
+
+    Coefficients and poles are those of ``model.impossibility_certificate``.
+    """
+
+    level: float
+    x_poles_rad_s: Floats
+    x_coefficients: Floats
+    y_poles_rad_s: Floats
+    y_coefficients: Floats
+    sentence: str
 
 
 @dataclass(frozen=True)
@@ -113,6 +130,7 @@ class CaseOutcome:
     poles: PoleStudy | None = None
     steps: tuple[StepOutcome, ...] = ()
     statistics: Mapping[str, float] = field(default_factory=dict)
+    impossibility: ImpossibilityProof | None = None
 
     @property
     def method(self) -> str:

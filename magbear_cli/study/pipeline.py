@@ -10,11 +10,14 @@ import numpy as np
 
 from magbear_cli.errors import NumericsError, Status
 from magbear_cli.lti.state_space import StateSpace
+from magbear_cli.model.problem import ControlProblem
 from magbear_cli.simulation.scenario import StepScenario
 from magbear_cli.simulation.step import simulate_step
 from magbear_cli.study.building import build_bearing, build_problem, build_scenarios, design_controller
-from magbear_cli.study.judging import judge_loop, verdict, verify_controller, without_levels
+from magbear_cli.study.judging import judge_loop, verdict, without_levels
 from magbear_cli.study.outcome import CaseOutcome, StepOutcome, Summary
+from magbear_cli.study.proving import SPECIFIED, prove_impossible, prove_lower_bound, verify_controller
+from magbear_cli.synthesis.design import Design
 
 
 def run_case(inputs: Mapping[str, Any], case_id: str, index: int) -> CaseOutcome:
@@ -35,21 +38,22 @@ def _computed(outcome: CaseOutcome) -> CaseOutcome:
     design = design_controller(problem, inputs["controller"])
     statistics = dict(design.statistics)
     if design.controller is None:
-        summary = Summary(level=design.level)
-        return replace(outcome, status=design.status, sentence=design.sentence, summary=summary, statistics=statistics)
+        given_up = replace(outcome, status=design.status, sentence=design.sentence, summary=Summary(level=design.level))
+        return _with_impossibility(replace(given_up, statistics=statistics), problem, design)
     controller = design.controller
     summary, frequency, poles = judge_loop(problem, controller)
-    verification = verify_controller(problem, controller)
+    verification = verify_controller(problem, controller, summary.worst_case)
     status, sentence = verdict(design, summary, verification)
     if status is Status.UNSTABLE:
         summary = without_levels(summary)
-    return replace(
+    judged = replace(
         outcome,
         status=status,
         sentence=sentence,
         summary=replace(
             summary,
             level=design.level,
+            worst_case_proven=verification.statistics.get("level") if verification.verified else None,
             verified=verification.verified,
             verification_sentence=verification.sentence,
         ),
@@ -59,6 +63,29 @@ def _computed(outcome: CaseOutcome) -> CaseOutcome:
         steps=_simulated(inputs, controller),
         statistics=statistics | {f"verification_{key}": value for key, value in verification.statistics.items()},
     )
+    return _with_impossibility(judged, problem, design)
+
+
+def _with_impossibility(outcome: CaseOutcome, problem: ControlProblem, design: Design) -> CaseOutcome:
+    """The outcome with a proof of what no linear controller reaches, where there is reason to look for one.
+
+    That is below a design which claims that no other is better, and at the specification where it was not met.
+    """
+    if outcome.status not in {Status.OK, Status.NOT_ACHIEVED}:
+        return outcome
+    proof = None
+    if design.claims_optimum:
+        proof = prove_lower_bound(problem, outcome.summary.worst_case or np.nan)
+    if outcome.status is Status.NOT_ACHIEVED and (proof is None or proof.level < SPECIFIED):
+        proof = prove_impossible(problem) or proof
+    if proof is None:
+        return outcome
+    proven = replace(outcome, impossibility=proof, summary=replace(outcome.summary, lower_bound=proof.level))
+    if proof.level < SPECIFIED:
+        return proven
+    reached = "" if outcome.summary.worst_case is None else f"; this one reaches {outcome.summary.worst_case:.4g}"
+    sentence = f"proven: every linear controller's worst case is above {proof.level:.4g}{reached}"
+    return replace(proven, status=Status.INFEASIBLE, sentence=sentence)
 
 
 def _simulated(inputs: Mapping[str, Any], controller: StateSpace) -> tuple[StepOutcome, ...]:

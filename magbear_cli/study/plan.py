@@ -10,7 +10,7 @@ from typing import Any
 
 from magbear_cli.errors import InputError
 
-KERNEL_VERSION = 1  # raised when a change of the methods changes their answers
+KERNEL_VERSION = 2  # raised when a change of the methods changes their answers
 SCHEMA_VERSION = 1  # raised when the canonical inputs change their meaning
 ID_DIGITS = 16
 

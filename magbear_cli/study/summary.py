@@ -29,6 +29,8 @@ LATER_FIGURES = (
     "disk_margin",
     "max_pole_real_rad_s",
     "mu_flatness",
+    "worst_case_proven",
+    "lower_bound",
 )
 
 

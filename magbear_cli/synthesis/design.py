@@ -16,7 +16,8 @@ class Design:
     ``controller`` maps the measured position (m) to the control current (A), u = K y with positive feedback.
     ``status`` is ``ok`` when the method found what it sought, ``infeasible`` only with a proof, ``not_achieved`` when
     the method did not get there. ``level`` is the figure the method minimised, as the method itself believes it.
-    ``statistics`` holds numbers for the log: iterations, residuals, grid sizes.
+    ``statistics`` holds numbers for the log: iterations, residuals, grid sizes. ``claims_optimum``: the method holds
+    that no controller of any order has a much smaller worst case over the real mass range.
     """
 
     controller: StateSpace | None
@@ -24,3 +25,4 @@ class Design:
     sentence: str = ""
     level: float = float("nan")
     statistics: Mapping[str, float] = field(default_factory=dict)
+    claims_optimum: bool = False

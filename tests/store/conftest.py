@@ -17,6 +17,7 @@ from magbear_cli.store.toolchain import Toolchain
 from magbear_cli.study.outcome import (
     CaseOutcome,
     FrequencyStudy,
+    ImpossibilityProof,
     PoleStudy,
     StepOutcome,
     StudyResults,
@@ -70,6 +71,14 @@ def pole_studies(draw: st.DrawFn) -> PoleStudy:
 
 
 @st.composite
+def impossibility_proofs(draw: st.DrawFn) -> ImpossibilityProof:
+    """Proofs of impossibility, with and without the derived coefficient."""
+    n, k = draw(st.integers(1, 3)), draw(st.integers(1, 3))
+    x, y = [draw(arrays(n)) for _ in range(2)], [draw(arrays(k)), draw(arrays(k + draw(st.integers(0, 1))))]
+    return ImpossibilityProof(draw(st.floats()), *x, *y, draw(texts))
+
+
+@st.composite
 def step_outcomes(draw: st.DrawFn) -> StepOutcome:
     """Step responses with and without figures, finished and not."""
     n = draw(st.sampled_from([0, 1, 5, 150]))
@@ -114,6 +123,7 @@ def case_outcomes(draw: st.DrawFn, index: int = 0) -> CaseOutcome:
         poles=draw(st.none() | pole_studies()),
         steps=tuple(draw(st.lists(step_outcomes(), max_size=2))),
         statistics=draw(st.dictionaries(texts, st.floats(), max_size=3)),
+        impossibility=draw(st.none() | impossibility_proofs()),
     )
 
 
@@ -190,6 +200,7 @@ def make_full_case(index: int) -> CaseOutcome:
         PoleStudy(np.linspace(3.0, 4.5, 5), table(5, n + 2)),
         (step, step),
         {"solves": 12.0, "residual": 1e-12},
+        ImpossibilityProof(0.39, np.array([1.0, 2.0]), np.array([3.0, 4.0]), np.array([5.0]), np.ones(2), "checked"),
     )
 
 

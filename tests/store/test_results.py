@@ -18,6 +18,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from magbear_cli.errors import InputError, MagbearError, ResumableError
+from magbear_cli.store.layout import LAYOUT_VERSION
 from magbear_cli.store.results import read_results, write_results
 from magbear_cli.study.outcome import CaseOutcome, StudyResults
 
@@ -111,7 +112,7 @@ def test_the_table_has_one_row_a_case(tmp_path: Path, study: StudyResults) -> No
     path = tmp_path / "results.h5"
     write_results(path, study)
     with h5py.File(path) as file:
-        assert file.attrs["layout_version"] == 1
+        assert file.attrs["layout_version"] == LAYOUT_VERSION
         table = file["cases"]
         assert list(table["case"][()]) == [1, 2, 3]
         assert list(table["mass_high_kg"][()]) == [4.0, 5.0, 6.0]

@@ -18,6 +18,7 @@ from magbear_cli.study.events import CaseEnded
 from magbear_cli.study.outcome import CaseOutcome
 from magbear_cli.study.pipeline import run_case
 from magbear_cli.study.plan import plan_cases
+from magbear_cli.study.proving import is_proof
 from magbear_cli.study.runner import RunnerOptions, run_cases
 
 Resolve = Callable[..., dict[str, Any]]
@@ -241,7 +242,11 @@ def _check(outcome: CaseOutcome) -> None:
     """A status, one line that says why it is not ok, finite figures, and no ok that brute force denies."""
     assert (outcome.sentence == "") == (outcome.status is Status.OK)
     assert "\n" not in outcome.sentence
-    assert outcome.status is not Status.INFEASIBLE
+    assert (outcome.status is Status.INFEASIBLE) == (
+        outcome.impossibility is not None and outcome.impossibility.level >= 1
+    )
+    if outcome.impossibility is not None:
+        assert is_proof(build_problem(outcome.inputs), outcome.impossibility)
     worst = outcome.summary.worst_case
     assert worst is None or not np.isnan(worst)
     assert outcome.summary.verified == (outcome.status is Status.OK)
