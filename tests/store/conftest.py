@@ -74,8 +74,11 @@ def pole_studies(draw: st.DrawFn) -> PoleStudy:
 def impossibility_proofs(draw: st.DrawFn) -> ImpossibilityProof:
     """Proofs of impossibility, with and without the derived coefficient."""
     n, k = draw(st.integers(1, 3)), draw(st.integers(1, 3))
-    x, y = [draw(arrays(n)) for _ in range(2)], [draw(arrays(k)), draw(arrays(k + draw(st.integers(0, 1))))]
-    return ImpossibilityProof(draw(st.floats()), *x, *y, draw(texts))
+    spare = draw(st.integers(0, 1))
+    poles, coefficients = (draw(arrays(n)), draw(arrays(k))), (draw(arrays(n)), draw(arrays(k + spare)))
+    return ImpossibilityProof(
+        draw(st.floats()), poles[0], coefficients[0], poles[1], coefficients[1], sentence=draw(texts)
+    )
 
 
 @st.composite
