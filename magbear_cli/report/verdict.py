@@ -68,9 +68,9 @@ def headline(outcomes: Sequence[CaseOutcome]) -> str:
     if len(met) == len(outcomes) > 1:
         who = f"All {len(met)} cases"
     if verified == len(met):
-        how = "verified independently of the design"
+        how = "proven for every mass and frequency"
     elif verified:
-        how = f"{verified} of them verified independently of the design"
+        how = f"{verified} of them proven for every mass and frequency"
     else:
         how = "by the design's own account; none is verified"
     return f"{who} {verb} the specification, {how}."
