@@ -2,10 +2,10 @@
 
 The certificate's functions G_X, G_Y prove that every linear time-invariant controller's worst case is above the level g
 (decision 0010) if at every ω there are P, R ≥ 0 with |G_X − g P| < |W3| P, |G_Y + g R| < |W1| R and
-1 + (m_low/k_z) ω² ≤ R/P ≤ 1 + (m_high/k_z) ω². With X = |G_X|², u = Re G_X, v = Im G_X, D_X = |W3|² X − g² v² > 0 and
-B± = g u ± √D_X, B+ > 0, the first says X/B+ < P < X/B− (no upper bound where B− ≤ 0). The second alike, with −G_Y, W1
-and A±. The intervals of R/P and of the masses meet if |G_Y|² B− < (1 + m_high/k_z ω²) |G_X|² A+ and
-(1 + m_low/k_z ω²) |G_X|² A− < |G_Y|² B+.
+q_low ≤ R/P ≤ q_high, the ends of (m ω² + k_z)/k_z over the range, of the mass or of the stiffness. With X = |G_X|²,
+u = Re G_X, v = Im G_X, D_X = |W3|² X − g² v² > 0 and B± = g u ± √D_X, B+ > 0, the first says X/B+ < P < X/B− (no upper
+bound where B− ≤ 0). The second alike, with −G_Y, W1 and A±. The two intervals of R/P meet if
+|G_Y|² B− < q_high |G_X|² A+ and q_low |G_X|² A− < |G_Y|² B+.
 
 All six are enclosed over boxes of ω that cover [0, ∞]: near 0 divided by the powers of ω, near ∞ by those of 1/ω, with
 which they vanish. Nothing is taken from the search but the certificate's numbers; no sample is trusted.
@@ -27,7 +27,7 @@ from magbear_cli.model.impossibility_certificate import (
     ImpossibilityCertificate,
     relative_degree,
 )
-from magbear_cli.model.problem import ControlProblem
+from magbear_cli.model.problem import ControlProblem, UncertainParameter
 
 Floats = NDArray[np.float64]
 
@@ -80,6 +80,14 @@ def _refusal(problem: ControlProblem, certificate: ImpossibilityCertificate) -> 
 
 
 @dataclass(frozen=True, eq=False)
+class _End:
+    """Inertia (in s²) and negative stiffness of one end of the range, both over the nominal k_z."""
+
+    inertia: Interval
+    stiffness: Interval
+
+
+@dataclass(frozen=True, eq=False)
 class _Checker:
     problem: ControlProblem
     certificate: ImpossibilityCertificate
@@ -128,7 +136,7 @@ class _Checker:
         """Where the end boxes stop: far outside of all poles, corners, the plant and ω_c."""
         problem, certificate = self.problem, self.certificate
         weight = [*np.abs(np.roots(problem.performance.num)), *np.abs(np.roots(problem.performance.den))]
-        plant = [np.sqrt(problem.negative_stiffness_n_per_m / m) for m in (problem.mass.low_kg, problem.mass.high_kg)]
+        plant = [np.sqrt(problem.stiffness_n_per_m(mass) / problem.inertia_kg(mass)) for mass in problem.end_masses_kg]
         marks = np.array(
             [*certificate.x_poles_rad_s, *certificate.y_poles_rad_s, *weight, *plant, problem.omega_c_rad_s]
         )
@@ -147,8 +155,8 @@ class _Checker:
         w1_squared = squared_modulus(self.problem.performance, Enclosure.of_variable(omega.low, omega.high)).whole
         x_room = self._limit() * x_size - square * (x_cubic * self._level).square()
         y_room = w1_squared * y_size - (omega * y_linear * self._level).square()
-        mass = self.problem.mass
-        factors = square * self._mass_term(mass.low_kg) + 1.0, square * self._mass_term(mass.high_kg) + 1.0
+        least, most = self._ends_of_range()
+        factors = square * least.inertia + least.stiffness, square * most.inertia + most.stiffness
         roots = square * x_room.root(), y_room.root()
         reals = x_real * self._level, -y_real * self._level
         return [x_room, y_room, *_meeting((x_size, y_size), reals, roots, factors)]
@@ -170,8 +178,8 @@ class _Checker:
         w1_squared = squared_modulus_at_infinity(self.problem.performance, variable).whole
         x_room = self._limit() * x_size - (square * inverse * x_linear * self._level).square()
         y_room = w1_squared * y_size - (powers[lowest - degree] * y_lowest * self._level).square()
-        mass = self.problem.mass
-        factors = square + self._mass_term(mass.low_kg), square + self._mass_term(mass.high_kg)
+        least, most = self._ends_of_range()
+        factors = square * least.stiffness + least.inertia, square * most.stiffness + most.inertia
         roots = x_room.root(), powers[degree] * y_room.root()
         reals = square * x_real * self._level, -y_real * self._level
         return [x_room, y_room, *_meeting((x_size, y_size), reals, roots, factors)]
@@ -185,8 +193,8 @@ class _Checker:
         w1_squared = squared_modulus(self.problem.performance, omega)
         x_room = square.square() * self._limit() * x_size - (x_imaginary * self._level).square()
         y_room = w1_squared * y_size - (y_imaginary * self._level).square()
-        mass = self.problem.mass
-        factors = square * self._mass_term(mass.low_kg) + 1.0, square * self._mass_term(mass.high_kg) + 1.0
+        least, most = self._ends_of_range()
+        factors = square * least.inertia + least.stiffness, square * most.inertia + most.stiffness
         reals = x_real * self._level, -y_real * self._level
         return [x_room, y_room, *_meeting((x_size, y_size), reals, (x_room.root(), y_room.root()), factors)]
 
@@ -203,8 +211,15 @@ class _Checker:
         derived = -1 if relative_degree(self.problem.performance) >= 2 else None
         return LagSum.of(self.certificate.y_poles_rad_s, self.certificate.y_coefficients, derived)
 
-    def _mass_term(self, mass_kg: float) -> Interval:
-        return Interval.of(mass_kg) / self.problem.negative_stiffness_n_per_m
+    def _ends_of_range(self) -> tuple[_End, _End]:
+        """The ends of the range with the smaller and with the larger m ω² + k_z, at every frequency."""
+        problem, k_z = self.problem, Interval.of(self.problem.negative_stiffness_n_per_m)
+        low, high = Interval.of(problem.mass.low_kg), Interval.of(problem.mass.high_kg)
+        if problem.uncertain is UncertainParameter.MASS:
+            one = Interval.of(1.0)
+            return _End(low / k_z, one), _End(high / k_z, one)
+        nominal = Interval.of(problem.mass.nominal_kg)
+        return _End(nominal / k_z, nominal / high), _End(nominal / k_z, nominal / low)
 
     def _limit(self) -> Interval:
         """1/ω_c⁴."""

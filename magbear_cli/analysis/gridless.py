@@ -1,11 +1,12 @@
 """The proof that a stored controller reaches a level, for every mass and every frequency: no grid, no tolerance.
 
-With p = 1/m, K = n/a and C = k_z a + k_i n the loop is stable and |W1 S| + |W3 T| < L at ω for all p in [p1, p2] when
-L |ω² a + p C| > |W1| |a| (ω² + k_z p) + |W3| k_i |n| p. Squared, that is a quadratic in p, positive on an interval,
-which in its Bernstein form b0, b1, b2 means b0 > 0, b2 > 0 and b1 + √(b0 b2) > 0: three functions of ω alone. They are
-enclosed over boxes that cover [0, ∞], with the coefficients of n and a computed exactly from the controller's matrices.
-Where they are positive the closed-loop polynomial has no root on the axis for any mass, so that the whole family is
-stable once Routh's test, in exact arithmetic, has shown one member to be.
+With K = n/a the level |W1 S| + |W3 T| < L holds at ω when L |(m ω² + k_z) a + k_i n| exceeds
+|W1| |a| (m ω² + k_z) + |W3| k_i |n|. Both sides are affine along the range, of the mass or of the stiffness. Squared,
+their difference is a quadratic there, positive when its Bernstein coefficients b0, b1, b2 have b0 > 0, b2 > 0 and
+b1 + √(b0 b2) > 0: three functions of ω alone. They are enclosed over boxes that cover [0, ∞], with the coefficients of
+n and a computed exactly from the controller's matrices. Where they are positive the closed-loop polynomial has no root
+on the axis for any mass, so that the whole family is stable once Routh's test, in exact arithmetic, has shown one
+member to be.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from magbear_cli.analysis.exact_polynomial import Polynomial, exact_transfer_fun
 from magbear_cli.analysis.interval import Enclosure, Interval, polynomial
 from magbear_cli.analysis.weight_enclosure import squared_polynomial
 from magbear_cli.lti.state_space import StateSpace
-from magbear_cli.model.problem import ControlProblem
+from magbear_cli.model.problem import ControlProblem, UncertainParameter
 
 Floats = NDArray[np.float64]
 
@@ -54,17 +55,20 @@ def prove_level(problem: ControlProblem, controller: StateSpace, level: float) -
             proved=False, sentence="the controller does not map one measurement to one current", level=level
         )
     num, den = exact_transfer_function(controller)
-    mass = Fraction(problem.mass.low_kg)
-    if not is_hurwitz(_closed_loop(problem, num, den, mass)):
+    if not is_hurwitz(_closed_loop(problem, num, den)):
         sentence = f"the loop with m = {problem.mass.low_kg:.6g} kg is not stable"
         return LevelProof(proved=False, sentence=sentence, level=level)
     with np.errstate(all="ignore"):
         return _Prover.of(problem, (num, den), level).run()
 
 
-def _closed_loop(problem: ControlProblem, num: Polynomial, den: Polynomial, mass: Fraction) -> Polynomial:
-    """(m s² − k_z) a − k_i n, exactly."""
-    k_z, k_i = Fraction(problem.negative_stiffness_n_per_m), Fraction(problem.current_stiffness_n_per_a)
+def _closed_loop(problem: ControlProblem, num: Polynomial, den: Polynomial) -> Polynomial:
+    """(m s² − k_z) a − k_i n for the lowest mass, exactly."""
+    mass, k_z = Fraction(problem.mass.low_kg), Fraction(problem.negative_stiffness_n_per_m)
+    k_i = Fraction(problem.current_stiffness_n_per_a)
+    if problem.uncertain is not UncertainParameter.MASS:
+        nominal = Fraction(problem.mass.nominal_kg)
+        mass, k_z = nominal, k_z * nominal / mass
     result = [mass * d for d in den] + [Fraction(0), Fraction(0)]
     for index, (n, d) in enumerate(zip(num, den, strict=True)):
         result[index + 2] -= k_z * d + k_i * n
@@ -123,39 +127,37 @@ class _Prover:
 
     def _conditions(self, x: Enclosure, *, fast: bool) -> list[Enclosure]:
         """b0, b2 and b1 + √(b0 b2), all divided by powers of ω on the fast half so that they stay finite."""
-        k_z, k_i = self.problem.negative_stiffness_n_per_m, self.problem.current_stiffness_n_per_a
         num, den = (part[::-1] if fast else part for part in (self.num, self.den))
         n, a = _on_axis(num, x), _on_axis(den, x)
         n_size, a_size = squared_polynomial(num, x).root(), squared_polynomial(den, x).root()
-        w1 = self._performance(x, fast=fast)
+        w1_a = self._performance(x, fast=fast) * a_size
         square, one = x.square(), x.of_constant(1.0)
         # In units: ω² = Ω² x²; on the fast half everything is divided by ω², and x = Ω/ω.
         inertia, rest = (one, square) if fast else (square, one)
-        stiffness = rest * (Interval.of(k_z) / self.unit / self.unit)
-        force = rest * (Interval.of(k_i) / self.unit / self.unit)
-        closed = [a_part * stiffness + n_part * force for a_part, n_part in zip(a, n, strict=True)]
-        own_radius = w1 * a_size * inertia
-        mass_radius = w1 * a_size * stiffness
+        k_i = Interval.of(self.problem.current_stiffness_n_per_a)
+        force = rest * (k_i / self.unit / self.unit)
+        pulled = [part * force for part in n]
+        limited = x.of_constant(0.0)
         if self.problem.omega_c_rad_s is not None:
-            limit = Interval.of(k_i) / self.problem.omega_c_rad_s / self.problem.omega_c_rad_s
-            mass_radius = mass_radius + n_size * inertia * limit
-        discs = [
-            (
-                a[0] * inertia + closed[0] * inverse,
-                a[1] * inertia + closed[1] * inverse,
-                own_radius + mass_radius * inverse,
-            )
-            for inverse in self._inverse_masses()
-        ]
+            limited = n_size * inertia * (k_i / self.problem.omega_c_rad_s / self.problem.omega_c_rad_s)
+        discs = []
+        for mass, k_z in self._ends():
+            own = inertia * mass + rest * (k_z / self.unit / self.unit)
+            discs.append((a[0] * own + pulled[0], a[1] * own + pulled[1], w1_a * own + limited))
         first, last = discs[0], discs[-1]
         ends = [self._form(disc, disc) for disc in (first, last)]
         if len(discs) == 1:
             return ends[:1]
         return [*ends, self._form(first, last) + ends[0].root() * ends[1].root()]
 
-    def _inverse_masses(self) -> list[Interval]:
-        mass = self.problem.mass
-        return [Interval.of(1.0) / m for m in ([mass.low_kg] if mass.is_fixed else [mass.low_kg, mass.high_kg])]
+    def _ends(self) -> list[tuple[Interval, Interval]]:
+        """Mass and negative stiffness at both ends of the range."""
+        k_z = Interval.of(self.problem.negative_stiffness_n_per_m)
+        masses = [Interval.of(mass) for mass in self.problem.end_masses_kg]
+        if self.problem.uncertain is UncertainParameter.MASS:
+            return [(mass, k_z) for mass in masses]
+        nominal = Interval.of(self.problem.mass.nominal_kg)
+        return [(nominal, k_z * nominal / mass) for mass in masses]
 
     def _form(self, one: tuple[Enclosure, ...], other: tuple[Enclosure, ...]) -> Enclosure:
         """The bilinear form L² Re(c̄ c') − r r' of two discs; of one disc with itself, with squares kept squares."""

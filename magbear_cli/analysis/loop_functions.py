@@ -56,7 +56,7 @@ def loop_functions(
     """
     response = controller_response(controller, omega_rad_s)
     masses = np.atleast_1d(np.asarray(masses_kg, dtype=float))
-    stiffness = masses[:, None] * omega_rad_s**2 + problem.negative_stiffness_n_per_m
+    stiffness = problem.dynamic_stiffness_n_per_m(omega_rad_s, masses[:, None])
     force = problem.current_stiffness_n_per_a * response
     closed = stiffness + force
     sensitivity = stiffness / closed

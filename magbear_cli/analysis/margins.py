@@ -58,8 +58,7 @@ def gain_margins(problem: ControlProblem, controller: StateSpace, omega_rad_s: F
     )
     # the first point of the grid is ω = 0 or as good as that; a pole of K there lets the gain fall to nothing
     force = -problem.current_stiffness_n_per_a * controller_response(controller, omega).real
-    masses = np.array([problem.mass.low_kg, problem.mass.high_kg])
-    stiffness = masses[:, None] * omega**2 + problem.negative_stiffness_n_per_m
+    stiffness = problem.dynamic_stiffness_n_per_m(omega, np.array(problem.end_masses_kg)[:, None])
     factors = (stiffness / np.where(force > 0, force, np.nan))[:, force > 0].ravel()
     low, high = factors[factors < 1.0], factors[factors >= 1.0]
     return float(low.max(initial=0.0)), float(high.min(initial=np.inf))
@@ -74,15 +73,17 @@ def disk_margin(problem: ControlProblem, controller: StateSpace, omega_rad_s: Fl
 
     def largest(omega: Floats) -> Floats:
         force = problem.current_stiffness_n_per_a * controller_response(controller, omega)
-        ends = [mass * omega**2 + problem.negative_stiffness_n_per_m for mass in _mass_ends(problem)]
-        candidates = np.stack([*ends, np.clip(np.abs(force), ends[0], ends[1])])
+        low, high = _stiffness_ends(problem, omega)
+        candidates = np.stack([low, high, np.clip(np.abs(force), low, high)])
         return np.asarray((np.abs(candidates - force) / np.abs(candidates + force)).max(axis=0), dtype=float)
 
     return 2.0 / supremum(largest, omega_rad_s, 1.0)[0]
 
 
-def _mass_ends(problem: ControlProblem) -> tuple[float, float]:
-    return problem.mass.low_kg, problem.mass.high_kg
+def _stiffness_ends(problem: ControlProblem, omega_rad_s: Floats) -> tuple[Floats, Floats]:
+    """The least and the largest m ω² + k_z over the range."""
+    ends = problem.dynamic_stiffness_n_per_m(omega_rad_s, np.array(problem.end_masses_kg)[:, None])
+    return ends.min(axis=0), ends.max(axis=0)
 
 
 def _least_over_crossovers(
@@ -92,22 +93,23 @@ def _least_over_crossovers(
     margin: Callable[[Floats, Floats], Floats],
 ) -> float:
     """The least margin(ω, arg K G) over the frequencies that are a crossover for some mass of the range."""
-    low, high = _mass_ends(problem)
 
-    def crossing_mass(omega: Floats) -> Floats:
-        gain = problem.current_stiffness_n_per_a * np.abs(controller_response(controller, omega))
-        return np.asarray((gain - problem.negative_stiffness_n_per_m) / omega**2, dtype=float)
+    def force(omega: Floats) -> Floats:
+        return problem.current_stiffness_n_per_a * np.abs(controller_response(controller, omega))
+
+    def beyond(omega: Floats, mass: float) -> Floats:
+        return np.asarray(force(omega) - problem.dynamic_stiffness_n_per_m(omega, mass), dtype=float)
 
     def negative_margin(omega: Floats) -> Floats:
         return -margin(omega, np.angle(-controller_response(controller, omega)))
 
     def inside(omega: Floats) -> Floats:
-        mass = crossing_mass(omega)
-        return np.where((mass >= low) & (mass <= high), negative_margin(omega), -np.inf)
+        (low, high), found = _stiffness_ends(problem, omega), force(omega)
+        return np.where((found >= low) & (found <= high), negative_margin(omega), -np.inf)
 
-    best = -np.inf if low == high else supremum(inside, omega_rad_s)[0]
-    for mass in (low, high):
-        edges = sign_changes(lambda omega, mass=mass: crossing_mass(omega) - mass, omega_rad_s)  # type: ignore[misc]
+    best = -np.inf if problem.mass.is_fixed else supremum(inside, omega_rad_s)[0]
+    for mass in problem.end_masses_kg:
+        edges = sign_changes(lambda omega, mass=mass: beyond(omega, mass), omega_rad_s)  # type: ignore[misc]
         if edges.size:
             best = max(best, float(negative_margin(edges).max()))
     return -best

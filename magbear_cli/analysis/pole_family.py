@@ -19,7 +19,7 @@ from magbear_cli.analysis.supremum import sign_changes
 from magbear_cli.lti.balancing import with_balanced_states
 from magbear_cli.lti.conversion import zeros_poles_gain
 from magbear_cli.lti.state_space import StateSpace
-from magbear_cli.model.problem import ControlProblem
+from magbear_cli.model.problem import ControlProblem, UncertainParameter
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -72,11 +72,11 @@ def closed_loop_matrix(problem: ControlProblem, controller: StateSpace, mass_kg:
     m z'' = k_z z + k_i u, u = C x_K + D z, x_K' = A x_K + B z.
     """
     n = controller.order
-    square = time_s**2 / mass_kg
+    square = time_s**2 / problem.inertia_kg(mass_kg)
     matrix = np.zeros((n + 2, n + 2))
     matrix[0, 1] = 1.0
     force = problem.current_stiffness_n_per_a
-    matrix[1, 0] = square * (problem.negative_stiffness_n_per_m + force * float(controller.d[0, 0]))
+    matrix[1, 0] = square * (problem.stiffness_n_per_m(mass_kg) + force * float(controller.d[0, 0]))
     matrix[1, 2:] = square * force * controller.c[0]
     matrix[2:, :1] = time_s * controller.b
     matrix[2:, 2:] = time_s * controller.a
@@ -138,11 +138,20 @@ def axis_crossings(problem: ControlProblem, controller: StateSpace, omega_rad_s:
     """
     omega = real_response_frequencies(controller, omega_rad_s)
     response = controller_response(controller, omega)
-    with np.errstate(over="ignore"):
-        masses = -(problem.negative_stiffness_n_per_m + problem.current_stiffness_n_per_a * response.real) / omega**2
+    masses = _masses_in_balance(problem, -problem.current_stiffness_n_per_a * response.real, omega)
     order = np.argsort(masses)
     order = order[masses[order] > 0.0]
     return AxisCrossings(masses[order], omega[order])
+
+
+def _masses_in_balance(problem: ControlProblem, force_n_per_m: Floats, omega_rad_s: Floats) -> Floats:
+    """The masses whose m ω² + k_z is this force per displacement; not positive, or infinite, where there is none."""
+    k_z = problem.negative_stiffness_n_per_m
+    with np.errstate(over="ignore", divide="ignore"):
+        if problem.uncertain is UncertainParameter.MASS:
+            return np.asarray((force_n_per_m - k_z) / omega_rad_s**2, dtype=float)
+        mass = problem.mass.nominal_kg
+        return np.asarray(k_z * mass / (force_n_per_m - mass * omega_rad_s**2), dtype=float)
 
 
 def real_response_frequencies(controller: StateSpace, omega_rad_s: Floats) -> Floats:

@@ -17,7 +17,7 @@ from magbear_cli.analysis.supremum import supremum
 from magbear_cli.analysis.worst_case import performance_at_infinity
 from magbear_cli.kernels.structured_singular_value import mu_bounds, mu_upper_bound
 from magbear_cli.lti.state_space import StateSpace
-from magbear_cli.model.problem import ControlProblem
+from magbear_cli.model.problem import ControlProblem, UncertainParameter
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -58,8 +58,12 @@ def uncertain_loop(problem: ControlProblem, controller_a_per_m: Complexes, omega
     scale = square + abs(stiffness) / mass
     w1, w3 = problem.performance(1j * omega_rad_s), -problem.bandwidth_bound(omega_rad_s)
     matrix = np.empty((omega_rad_s.size, 3, 3), dtype=complex)
-    matrix[:, 0, 0] = deviation * mass * (stiffness + force) / closed
-    matrix[:, 0, 1] = -deviation * mass * (square / scale) * force / closed
+    if problem.uncertain is UncertainParameter.MASS:
+        matrix[:, 0, 0] = deviation * mass * (stiffness + force) / closed
+        matrix[:, 0, 1] = -deviation * mass * (square / scale) * force / closed
+    else:  # the channel carries k_z z alone
+        matrix[:, 0, 0] = deviation * mass * stiffness / closed
+        matrix[:, 0, 1] = deviation * (stiffness / scale) * force / closed
     matrix[:, 1, 0] = w1 * mass * scale / closed
     matrix[:, 1, 1] = -w1 * (mass * square + stiffness) / closed
     matrix[:, 2, 0] = w3 * mass * scale / closed
@@ -78,7 +82,8 @@ def uncertain_loop_at_infinity(problem: ControlProblem, controller: StateSpace) 
     inverse_square = 0.0 if problem.omega_c_rad_s is None else problem.omega_c_rad_s**-2
     w1 = performance_at_infinity(problem)
     matrix = np.zeros((1, 3, 3), dtype=complex)
-    matrix[0, 0, 1] = problem.mass.inverse_deviation_per_kg * force
+    if problem.uncertain is UncertainParameter.MASS:
+        matrix[0, 0, 1] = problem.mass.inverse_deviation_per_kg * force
     matrix[0, 1, 1] = w1
     matrix[0, 2, 0] = inverse_square
     matrix[0, 2, 1] = inverse_square * force / mass

@@ -172,7 +172,7 @@ def response_disagreement(problem: ControlProblem, controller: StateSpace, omega
     force = problem.current_stiffness_n_per_a * dense
     changes = [
         np.abs(problem.current_stiffness_n_per_a * (dense - other))
-        / np.abs(mass * omega_rad_s**2 + problem.negative_stiffness_n_per_m + force)
+        / np.abs(problem.dynamic_stiffness_n_per_m(omega_rad_s, mass) + force)
         for mass in (problem.mass.low_kg, problem.mass.high_kg)
     ]
     return float(np.max(changes))
@@ -229,7 +229,7 @@ def _level_at_infinity(problem: ControlProblem, controller: StateSpace) -> float
     if problem.omega_c_rad_s is None:
         return performance
     gain = abs(problem.current_stiffness_n_per_a * float(controller.d[0, 0]))
-    return performance + gain / (problem.mass.low_kg * problem.omega_c_rad_s**2)
+    return performance + gain / (problem.inertia_kg(problem.mass.low_kg) * problem.omega_c_rad_s**2)
 
 
 def _bumps(values: Floats) -> NDArray[np.intp]:

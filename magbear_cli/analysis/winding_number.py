@@ -82,7 +82,7 @@ def unstable_poles(
     def curve(omega: Floats) -> Complexes:
         s = shift + 1j * omega
         force = problem.current_stiffness_n_per_a * dense_response(controller, s)
-        return problem.negative_stiffness_n_per_m + force - mass_kg * s**2
+        return problem.stiffness_n_per_m(mass_kg) + force - problem.inertia_kg(mass_kg) * s**2
 
     try:
         omega = np.concatenate([[0.0], omega_rad_s, _far(problem, controller, mass_kg, omega_rad_s[-1])])
@@ -103,7 +103,10 @@ def _far(problem: ControlProblem, controller: StateSpace, mass_kg: float, last: 
     """Frequencies from the last to where m ω² is 1e6 times all that K and k_z can add."""
     gain = abs(problem.current_stiffness_n_per_a) * abs(complex(dense_response(controller, np.array([1j * last]))[0]))
     gain = max(gain, abs(problem.current_stiffness_n_per_a * float(controller.d[0, 0])))
-    end = max(1e3 * float(np.sqrt((gain + abs(problem.negative_stiffness_n_per_m)) / mass_kg)), 10.0 * last)
+    end = max(
+        1e3 * float(np.sqrt((gain + abs(problem.stiffness_n_per_m(mass_kg))) / problem.inertia_kg(mass_kg))),
+        10.0 * last,
+    )
     return np.geomspace(last, end, 100)[1:]
 
 

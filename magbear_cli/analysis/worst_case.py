@@ -19,7 +19,7 @@ from magbear_cli.analysis.frequency_grid import closed_frequency_grid
 from magbear_cli.analysis.loop_functions import controller_response
 from magbear_cli.analysis.supremum import supremum
 from magbear_cli.lti.state_space import StateSpace
-from magbear_cli.model.problem import ControlProblem
+from magbear_cli.model.problem import ControlProblem, UncertainParameter
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -65,11 +65,18 @@ def worst_weighted_sum(
 ) -> tuple[Floats, Floats]:
     """The largest w_S |S| + w_T |T| over the mass range at each frequency, and the mass that has it, each (w,)."""
     stiffness, force = problem.negative_stiffness_n_per_m, problem.current_stiffness_n_per_a * controller_a_per_m
-    square, beta = omega_rad_s**2, stiffness + force
-    constant, slope = weights[0] * square, weights[0] * stiffness + weights[1] * np.abs(force)
-    denominator = slope * square * beta.real - constant * np.abs(beta) ** 2
+    square = omega_rad_s**2
+    alpha, beta = square + 0.0 * force, stiffness + 0.0 * force  # the closed loop is alpha + beta/m
+    constant, slope = weights[0] * square, weights[0] * stiffness  # and the weighted sum above it likewise
+    if problem.uncertain is UncertainParameter.MASS:
+        beta, slope = beta + force, slope + weights[1] * np.abs(force)
+    else:
+        share = 1.0 / problem.mass.nominal_kg
+        alpha, constant = alpha + share * force, constant + share * weights[1] * np.abs(force)
+    both = (np.conj(alpha) * beta).real
+    denominator = slope * both - constant * np.abs(beta) ** 2
     stationary = np.divide(
-        square * (constant * beta.real - slope * square),
+        constant * both - slope * np.abs(alpha) ** 2,
         denominator,
         out=np.full(square.shape, 1.0 / problem.mass.low_kg),
         where=denominator != 0,
@@ -77,9 +84,7 @@ def worst_weighted_sum(
     ends = (1.0 / problem.mass.high_kg, 1.0 / problem.mass.low_kg)
     inverse_mass = np.stack([np.full(square.shape, ends[0]), np.full(square.shape, ends[1]), stationary])
     inverse_mass[2] = np.clip(inverse_mass[2], *ends)
-    sums = (weights[0] * np.abs(square + stiffness * inverse_mass) + weights[1] * np.abs(force) * inverse_mass) / (
-        np.maximum(np.abs(square + beta * inverse_mass), np.finfo(float).tiny)
-    )
+    sums = (constant + slope * inverse_mass) / np.maximum(np.abs(alpha + beta * inverse_mass), np.finfo(float).tiny)
     worst = sums.argmax(axis=0)
     columns = np.arange(square.size)
     return sums[worst, columns], np.clip(1.0 / inverse_mass[worst, columns], problem.mass.low_kg, problem.mass.high_kg)
@@ -121,7 +126,7 @@ def worst_case_at_infinity(problem: ControlProblem, controller: StateSpace) -> f
     if problem.omega_c_rad_s is None:
         return performance
     gain = abs(problem.current_stiffness_n_per_a * float(controller.d[0, 0]))
-    return performance + gain / (problem.mass.low_kg * problem.omega_c_rad_s**2)
+    return performance + gain / (problem.inertia_kg(problem.mass.low_kg) * problem.omega_c_rad_s**2)
 
 
 def performance_at_infinity(problem: ControlProblem) -> float:

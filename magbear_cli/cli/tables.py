@@ -54,13 +54,15 @@ def _table(left: Sequence[str], right: Sequence[str], last: str) -> Table:
 
 def _case_table(outcomes: Sequence[CaseOutcome]) -> Table:
     numbers = ("mass\nkg", "ω_c\nrad/s", "worst\ncase", "peak\nmu", "order", "|KS|\nA/µm")
-    table = _table(("case", "status", "design"), numbers, "veri-\nfied")
+    magnets = any(outcome.inputs.get("uncertain") for outcome in outcomes)
+    table = _table(("case", "status", "design", *(["uncertain"] if magnets else [])), numbers, "veri-\nfied")
     for outcome in outcomes:
         summary = outcome.summary
         table.add_row(
             outcome.case_id[:ID_SHOWN],
             outcome.status.value,
             Text(controller_name(outcome.inputs["controller"])),
+            *([_uncertain(outcome)] if magnets else []),
             _mass(outcome.mass_kg),
             _figure(outcome.omega_c_rad_s, ".6g"),
             _figure(summary.worst_case, ".4f"),
@@ -98,6 +100,15 @@ def _end(step: StepOutcome) -> str:
     if step.touched_down:
         return f"touched down at {step.time_s[-1] * 1e3:.3g} ms"
     return step.end.replace("_", " ")
+
+
+def _uncertain(outcome: CaseOutcome) -> str:
+    """What is uncertain beside the mass, in the symbols of the model."""
+    uncertain = outcome.inputs.get("uncertain")
+    if not uncertain:
+        return DASH
+    symbol = {"force_constant": "k_0", "negative_stiffness": "k_z"}[uncertain["parameter"]]
+    return f"{symbol} × {'-'.join(f'{factor:.4g}' for factor in uncertain['factor'])}"
 
 
 def _mass(mass_kg: float | list[float]) -> str:

@@ -16,7 +16,7 @@ from magbear_cli.errors import NumericsError
 from magbear_cli.lti.connection import lower_lft
 from magbear_cli.lti.conversion import from_transfer_function
 from magbear_cli.lti.state_space import StateSpace
-from magbear_cli.model.problem import ControlProblem
+from magbear_cli.model.problem import ControlProblem, UncertainParameter
 
 Form = Literal["mended", "as_printed"]
 
@@ -117,6 +117,8 @@ def _rotor(problem: ControlProblem) -> tuple[Row, Row, Row, Row]:
     force = np.array([[k_z, 0.0, 0.0, 0.0, 0.0, k_i]])
     acceleration = inverse_mass * force + np.array([[0.0, 0.0, deviation, 0.0, 0.0, 0.0]])
     both = np.vstack([[[0.0, 1.0, 0.0, 0.0, 0.0, 0.0]], acceleration])
+    if problem.uncertain is UncertainParameter.NEGATIVE_STIFFNESS:
+        force = np.array([[k_z, 0.0, 0.0, 0.0, 0.0, 0.0]])
     return both[:, :2], both[:, 2:], force, acceleration
 
 

@@ -7,12 +7,16 @@ Robust performance at level g: for every mass of the range and every frequency, 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import StrEnum
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from magbear_cli.errors import NumericsError
+
+Member = TypeVar("Member", float, NDArray[np.float64])
 
 
 @dataclass(frozen=True)
@@ -77,15 +81,27 @@ class RationalWeight:
         return np.asarray(np.roots(self.den), dtype=complex)
 
 
+class UncertainParameter(StrEnum):
+    """Which real parameter of the plant the range of masses stands for."""
+
+    MASS = "mass"
+    NEGATIVE_STIFFNESS = "negative_stiffness"
+
+
 @dataclass(frozen=True)
 class ControlProblem:
-    """A linearised bearing, its mass range, W1 on S, and W3 = s²/omega_c² on T (None: no bandwidth limit)."""
+    """A linearised bearing, its mass range, W1 on S, and W3 = s²/omega_c² on T (None: no bandwidth limit).
+
+    Where the negative stiffness is uncertain in place of the mass, ``mass`` holds equivalent masses: that which gives
+    the nominal k_z the same unstable pole. The mass itself is then the nominal one, and 1/m is as affine as before.
+    """
 
     negative_stiffness_n_per_m: float
     current_stiffness_n_per_a: float
     mass: MassRange
     performance: RationalWeight
     omega_c_rad_s: float | None = None
+    uncertain: UncertainParameter = UncertainParameter.MASS
 
     def __post_init__(self) -> None:
         """Refuse a bearing that does not pull, and a limit that is not a frequency."""
@@ -100,12 +116,32 @@ class ControlProblem:
         """sqrt(k_z/m) at the nominal mass: the speed of the unstable pole."""
         return float(np.sqrt(self.negative_stiffness_n_per_m / self.mass.nominal_kg))
 
+    @property
+    def end_masses_kg(self) -> tuple[float, ...]:
+        """The masses that span the range: one, or the lowest and the highest."""
+        return (self.mass.low_kg,) if self.mass.is_fixed else (self.mass.low_kg, self.mass.high_kg)
+
+    def inertia_kg(self, mass_kg: Member) -> Member:
+        """The mass that moves, for a mass of the range."""
+        if self.uncertain is UncertainParameter.MASS:
+            return mass_kg
+        return mass_kg * 0.0 + self.mass.nominal_kg
+
+    def stiffness_n_per_m(self, mass_kg: Member) -> Member:
+        """The negative stiffness, for a mass of the range."""
+        if self.uncertain is UncertainParameter.MASS:
+            return mass_kg * 0.0 + self.negative_stiffness_n_per_m
+        return self.negative_stiffness_n_per_m * self.mass.nominal_kg / mass_kg
+
+    def dynamic_stiffness_n_per_m(self, omega_rad_s: ArrayLike, mass_kg: ArrayLike) -> NDArray[np.float64]:
+        """The force per displacement m ω² + k_z = −k_i/G(jω); masses of the range and frequencies broadcast."""
+        omega, mass = np.asarray(omega_rad_s, dtype=float), np.asarray(mass_kg, dtype=float)
+        return np.asarray(self.inertia_kg(mass) * omega**2 + self.stiffness_n_per_m(mass), dtype=float)
+
     def plant(self, omega_rad_s: ArrayLike, mass_kg: ArrayLike) -> NDArray[np.complex128]:
         """G(jω) = −k_i/(m ω² + k_z) in m/A for masses and frequencies that broadcast; it is real on the axis."""
-        omega, mass = np.asarray(omega_rad_s, dtype=float), np.asarray(mass_kg, dtype=float)
-        return np.asarray(
-            -self.current_stiffness_n_per_a / (mass * omega**2 + self.negative_stiffness_n_per_m), dtype=complex
-        )
+        stiffness = self.dynamic_stiffness_n_per_m(omega_rad_s, mass_kg)
+        return np.asarray(-self.current_stiffness_n_per_a / stiffness, dtype=complex)
 
     def performance_bound(self, omega_rad_s: ArrayLike) -> NDArray[np.float64]:
         """|W1(jω)|, of the shape of omega."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from magbear_cli.model.problem import ControlProblem
+from magbear_cli.model.problem import ControlProblem, UncertainParameter
 
 
 def worst_case_over_mass(
@@ -27,29 +27,32 @@ def worst_case_over_mass(
 
     Notes
     -----
-    In p the measure is (α + β p)/|ω² + c p| with α = |W1| ω² and β = |W1| k_z + |W3 K| k_i: an affine function over
-    the norm of another. So it has one stationary point, p = ω² (α Re c − β ω²)/(β ω² Re c − α |c|²), and the maximum
-    is there or at an end of the range. Only the imaginary axis is looked at: stability is another question.
+    In p the measure is (α + β p)/|a + c p| with a = ω², α = |W1| ω² and β = |W1| k_z + |W3 K| k_i (with the stiffness
+    uncertain the terms of k_i go with a and α): an affine function over the norm of another. So it has one stationary
+    point, p = (α Re a̅c − β |a|²)/(β Re a̅c − α |c|²), and the maximum is there or at an end of the range. Only the
+    imaginary axis is looked at: stability is another question.
     """
     finite = np.isfinite(omega_rad_s)
     omega = np.where(finite, omega_rad_s, 1.0)
     squared = omega**2
     k_z, k_i = problem.negative_stiffness_n_per_m, problem.current_stiffness_n_per_a
     w1, w3 = problem.performance_bound(omega), problem.bandwidth_bound(omega)
-    stiffness = k_z + k_i * controller_a_per_m
-    alpha = w1 * squared
-    beta = w1 * k_z + w3 * np.abs(controller_a_per_m) * k_i
+    force = k_i * controller_a_per_m
+    alpha, beta = w1 * squared, w1 * k_z + 0.0 * squared
+    constant, slope = squared + 0.0j, k_z + 0.0 * force
+    if problem.uncertain is UncertainParameter.MASS:
+        beta, slope = beta + w3 * np.abs(force), slope + force
+    else:
+        alpha = alpha + w3 * np.abs(force) / problem.mass.nominal_kg
+        constant = constant + force / problem.mass.nominal_kg
     low, high = 1.0 / problem.mass.high_kg, 1.0 / problem.mass.low_kg
     with np.errstate(divide="ignore", invalid="ignore"):
-        stationary = (
-            squared
-            * (alpha * stiffness.real - beta * squared)
-            / (beta * squared * stiffness.real - alpha * np.abs(stiffness) ** 2)
-        )
+        both = (np.conj(constant) * slope).real
+        stationary = (alpha * both - beta * np.abs(constant) ** 2) / (beta * both - alpha * np.abs(slope) ** 2)
     middle = np.clip(np.where(np.isfinite(stationary), stationary, low), low, high)
     inverse_mass = np.stack([np.full_like(omega, low), middle, np.full_like(omega, high)])
     with np.errstate(divide="ignore", invalid="ignore"):
-        levels = (alpha + beta * inverse_mass) / np.abs(squared + stiffness * inverse_mass)
+        levels = (alpha + beta * inverse_mass) / np.abs(constant + slope * inverse_mass)
     levels = np.where(np.isnan(levels), np.inf, levels)
     best = np.argmax(levels, axis=0)
     columns = np.arange(omega.size)
@@ -62,7 +65,8 @@ def _level_at_infinity(problem: ControlProblem, gain_a_per_m: NDArray[np.complex
     """|W1(∞)| + lim |W3 T|: there S = 1 and W3 T = k_i K/(m ω_c²), largest for the lightest rotor."""
     level = np.full(gain_a_per_m.shape, performance_at_infinity(problem))
     if problem.omega_c_rad_s is not None:
-        scale = problem.current_stiffness_n_per_a / (problem.mass.low_kg * problem.omega_c_rad_s**2)
+        lightest = problem.inertia_kg(problem.mass.low_kg)
+        scale = problem.current_stiffness_n_per_a / (lightest * problem.omega_c_rad_s**2)
         level += scale * np.abs(gain_a_per_m)
     return level
 
@@ -79,8 +83,8 @@ def open_interconnection(
     """P11, P12, P21 of the uncertain loop about the nominal mass: the closed loop is P11 + P12 (K S) P21.
 
     Channels, in this order, where they exist: the mass (an input of acceleration Δ·δ·q, an output of force
-    q = k_z z + k_i u), W1 on the measured position, W3 on the rotor's position. Both bounds are driven by the
-    disturbance of the measurement.
+    q = k_z z + k_i u; with the stiffness uncertain q = k_z z), W1 on the measured position, W3 on the rotor's position.
+    Both bounds are driven by the disturbance of the measurement.
 
     Returns
     -------
@@ -106,7 +110,8 @@ def open_interconnection(
     if not problem.mass.is_fixed:
         unit = nominal * k_z
         rows.append([deviation * k_z * from_acceleration, zero, zero])
-        columns.append(deviation / unit * (k_z * from_current + k_i))
+        coupled = k_i if problem.uncertain is UncertainParameter.MASS else 0.0
+        columns.append(deviation / unit * (k_z * from_current + coupled))
         inputs.append(unit * from_acceleration)
     else:
         unit = 1.0

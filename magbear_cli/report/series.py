@@ -15,7 +15,7 @@ from magbear_cli.study.naming import NAMED_OPTIONS, controller_name
 from magbear_cli.study.outcome import CaseOutcome, FrequencyStudy
 
 Floats = NDArray[np.float64]
-PROBLEM_KEYS = ("bearing", "operating_point", "mass_kg", "performance", "bandwidth")
+PROBLEM_KEYS = ("bearing", "operating_point", "mass_kg", "uncertain", "performance", "bandwidth")
 
 _ALWAYS_IN_VIEW = 30.0  # how far the view reaches past the slowest and the fastest bound
 _OPTION_LENGTH, _NAME_LENGTH = 28, 48
@@ -49,7 +49,16 @@ class Labels:
     def case(self, outcome: CaseOutcome) -> str:
         """A case in one line: controller, mass, bandwidth limit."""
         limit = f"ω_c = {omega_text(outcome.omega_c_rad_s)}" if outcome.omega_c_rad_s else "no bandwidth limit"
-        return f"{self.controller(outcome)}, {mass_text(outcome.mass_kg)}, {limit}"
+        return f"{self.controller(outcome)}, {mass_text(outcome.mass_kg)}{uncertain_text(outcome)}, {limit}"
+
+
+def uncertain_text(outcome: CaseOutcome) -> str:
+    """What is uncertain beside the mass, after a comma; empty where nothing is."""
+    uncertain = outcome.inputs.get("uncertain")
+    if uncertain is None:
+        return ""
+    low, high = (shortest(factor) for factor in uncertain["factor"])
+    return f", {_spoken(uncertain['parameter'])} × {low} to {high}"
 
 
 def problem_key(outcome: CaseOutcome, without: str = "") -> str:

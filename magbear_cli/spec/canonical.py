@@ -11,11 +11,12 @@ from magbear_cli.spec.weights import LowPassWeight, RationalWeight, trimmed
 
 def canonical(case: Case) -> dict[str, Any]:
     """The resolved inputs of a case: two cases that mean the same give the same inputs."""
-    point, bandwidth = case.operating_point, case.bandwidth
+    point, bandwidth, uncertain = case.operating_point, case.bandwidth, case.uncertain
     return {
         "bearing": case.bearing.model_dump(),
         "operating_point": {"position_m": 0.0, "current_a": 0.0} if point is None else point.model_dump(),
         "mass_kg": list(case.mass_kg) if isinstance(case.mass_kg, list) else case.mass_kg,
+        "uncertain": None if uncertain is None else uncertain.model_dump(),
         "performance": _rational(case.performance),
         "bandwidth": None if bandwidth is None else bandwidth.model_dump(),
         "controller": case.controller.model_dump(),

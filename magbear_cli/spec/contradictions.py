@@ -31,6 +31,16 @@ def contradictions(case: Case) -> Iterator[Contradiction]:
             f"operating_point.position_m is {point.position_m:g} m, beyond the air gap of {gap:g} m",
             "linearise inside of the gap",
         )
+    if (
+        case.uncertain is not None
+        and case.uncertain.parameter == "negative_stiffness"
+        and isinstance(case.mass_kg, list)
+    ):
+        yield Contradiction(
+            ("uncertain", "parameter"),
+            "uncertain.parameter is negative_stiffness and mass_kg is a range: one of them may be uncertain at a time",
+            "give one mass, or make force_constant the uncertain parameter",
+        )
     masses = case.mass_kg if isinstance(case.mass_kg, list) else [case.mass_kg]
     for index, scenario in enumerate(case.simulate or ()):
         yield from _of_scenario(("simulate", str(index)), scenario, gap, masses)

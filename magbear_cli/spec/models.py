@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, PlainValidator, WithJsonSchema
+from pydantic import AfterValidator, BeforeValidator, Field, PlainValidator, WithJsonSchema
 
 from magbear_cli.spec.methods import METHODS, Controller
 from magbear_cli.spec.nodes import Path
@@ -14,6 +14,7 @@ from magbear_cli.spec.section import Length, Omega, PartName, Section, fault
 from magbear_cli.spec.weights import WEIGHT_FORMS, Performance
 
 SMALLEST_KG, LARGEST_KG = 1e-6, 1e6
+SMALLEST_FACTOR, LARGEST_FACTOR = 1e-2, 1e2
 FIGURES = ("mu", "sensitivity", "controller_gain", "step", "poles", "limitation")
 Figure = Literal["mu", "sensitivity", "controller_gain", "step", "poles", "limitation"]
 USUAL_FIGURES: list[Figure] = ["mu", "sensitivity", "controller_gain", "step"]
@@ -31,11 +32,32 @@ class Bearing(Section):
     )
 
 
+def _rising(factors: list[float]) -> list[float]:
+    """The factors, unless they are no range of positive numbers near one."""
+    low, high = factors
+    if not low < high:
+        raise fault("E114", f"begins at {low:g} and ends at {high:g}", "write [low, high]; leave it out if it is known")
+    if low < SMALLEST_FACTOR or high > LARGEST_FACTOR:
+        raise fault("E105", f"must lie in {SMALLEST_FACTOR:g} to {LARGEST_FACTOR:g}", "1 is the bearing's own value")
+    return factors
+
+
 class OperatingPoint(Section):
     """Where the bearing is linearised."""
 
     position_m: float = Field(0.0, ge=-0.1, le=0.1, description="Rotor position (m), smaller than the air gap.")
     current_a: float = Field(0.0, ge=-1e4, le=1e4, description="Control current (A).")
+
+
+class Uncertain(Section):
+    """A parameter of the bearing that is known within factors only: one real number, constant in time."""
+
+    parameter: Literal["force_constant", "negative_stiffness"] = Field(
+        description="k0, which scales both stiffnesses, or the negative stiffness k_z alone."
+    )
+    factor: Annotated[list[float], Field(min_length=2, max_length=2), AfterValidator(_rising)] = Field(
+        description="[low, high]: the parameter over the value that the bearing gives it."
+    )
 
 
 class Bandwidth(Section):
@@ -105,6 +127,7 @@ class Case(Section):
     bearing: Annotated[Bearing, PartName("bearings")] = Field(description="The electromagnets, in place or by name.")
     operating_point: OperatingPoint | None = Field(None, description="Where the bearing is linearised.")
     mass_kg: MassOrRange = Field(description="Mass of the rotor (kg): a number, or the uncertain range [low, high].")
+    uncertain: Uncertain | None = Field(None, description="A parameter beside the mass that is not known exactly.")
     performance: Annotated[Performance, PartName("weights")] = Field(
         description="W1, the bound on the sensitivity: dc_gain and corner_rad_s, num and den, or a name."
     )
@@ -147,6 +170,7 @@ SECTIONS: dict[Path, tuple[type[Section], ...]] = {
     (): (StudyFile,),
     ("bearing",): (Bearing,),
     ("operating_point",): (OperatingPoint,),
+    ("uncertain",): (Uncertain,),
     ("performance",): tuple(WEIGHT_FORMS.values()),
     ("bandwidth",): (Bandwidth,),
     ("controller",): METHODS,
@@ -161,6 +185,7 @@ SECTIONS: dict[Path, tuple[type[Section], ...]] = {
 
 LISTS: dict[Path, int] = {  # keys that hold lists of scalars, whose entries may be named by index
     ("mass_kg",): 2,
+    ("uncertain", "factor"): 2,
     ("performance", "num"): 21,
     ("performance", "den"): 21,
     ("controller", "q"): 2,

@@ -28,6 +28,7 @@ EXAMPLES: Final = {
     "sweep": "sweep: {bandwidth.omega_c_rad_s: [10000, 20000]}",
     "report": "report: {figures: [mu, step]}",
     "run": "run: {timeout_s: 300}",
+    "uncertain": "uncertain: {parameter: force_constant, factor: [0.8, 1.25]}",
     "operating_point": "operating_point: {position_m: 0.0}",
     "prefilter": "prefilter: {omega_rad_s: 20000, zeta: 1.0}",
     "sensor": "sensor: {omega_rad_s: 4000, damping_rad_s: 560}",

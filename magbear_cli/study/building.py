@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any
 
 from magbear_cli.errors import NumericsError, Status
 from magbear_cli.lti.state_space import StateSpace
 from magbear_cli.model.bearing import Bearing, CurrentLaw, linearization
 from magbear_cli.model.filters import Prefilter, SensorDynamics
-from magbear_cli.model.problem import ControlProblem, MassRange, RationalWeight
+from magbear_cli.model.problem import ControlProblem, MassRange, RationalWeight, UncertainParameter
 from magbear_cli.model.rotor import FlexibleRotor
 from magbear_cli.simulation.scenario import Disturbance, StepScenario
 from magbear_cli.synthesis.design import Design
@@ -34,12 +35,34 @@ def build_problem(inputs: Inputs) -> ControlProblem:
     point = inputs["operating_point"]
     linear = linearization(build_bearing(inputs), point["position_m"], point["current_a"])
     weight, bandwidth = inputs["performance"], inputs["bandwidth"]
-    return ControlProblem(
+    problem = ControlProblem(
         linear.negative_stiffness_n_per_m,
         linear.current_stiffness_n_per_a,
         build_mass_range(inputs["mass_kg"]),
         RationalWeight(tuple(weight["num"]), tuple(weight["den"])),
         None if bandwidth is None else bandwidth["omega_c_rad_s"],
+    )
+    return _with_uncertain(problem, inputs.get("uncertain"))
+
+
+def _with_uncertain(problem: ControlProblem, uncertain: Inputs | None) -> ControlProblem:
+    """The problem with a further uncertain parameter, told as a range of equivalent masses.
+
+    A force constant f times as large acts like a mass f times as small, exactly: k_i and k_z both grow with f. An
+    uncertain negative stiffness stands about its middle.
+    """
+    if uncertain is None:
+        return problem
+    low, high = uncertain["factor"]
+    if uncertain["parameter"] == "force_constant":
+        return replace(problem, mass=MassRange(problem.mass.low_kg / high, problem.mass.high_kg / low))
+    middle = 0.5 * (low + high)
+    mass = problem.mass.nominal_kg
+    return replace(
+        problem,
+        negative_stiffness_n_per_m=problem.negative_stiffness_n_per_m * middle,
+        mass=MassRange(mass * middle / high, mass * middle / low),
+        uncertain=UncertainParameter.NEGATIVE_STIFFNESS,
     )
 
 

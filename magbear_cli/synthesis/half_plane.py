@@ -52,7 +52,8 @@ def plant_factors(problem: ControlProblem, omega: Floats, mass_kg: float) -> tup
     squared = np.where(finite, omega, 1.0) ** 2
     k_z, k_i = problem.negative_stiffness_n_per_m, problem.current_stiffness_n_per_a
     common = k_z + problem.mass.nominal_kg * squared
-    d = np.where(finite, -(mass_kg * squared + k_z) / common, -mass_kg / problem.mass.nominal_kg)
+    inertia, stiffness = problem.inertia_kg(mass_kg), problem.stiffness_n_per_m(mass_kg)
+    d = np.where(finite, -(inertia * squared + stiffness) / common, -inertia / problem.mass.nominal_kg)
     n = np.where(finite, k_i / common, 0.0)
     w1 = np.where(finite, problem.performance_bound(np.sqrt(squared)), performance_at_infinity(problem))
     w3_n = np.zeros_like(squared)
@@ -64,7 +65,7 @@ def plant_factors(problem: ControlProblem, omega: Floats, mass_kg: float) -> tup
 
 def end_masses_kg(problem: ControlProblem) -> tuple[float, ...]:
     """The masses whose discs span the hull."""
-    return (problem.mass.low_kg,) if problem.mass.is_fixed else (problem.mass.low_kg, problem.mass.high_kg)
+    return problem.end_masses_kg
 
 
 def real_mass_level(problem: ControlProblem, controller: Complexes, omega: Floats) -> Floats:
@@ -77,7 +78,7 @@ def real_mass_rows(problem: ControlProblem, ratio: LagRatio, omega: Floats, leve
     basis = lag_basis(ratio.poles, omega)
     zero = np.zeros_like(basis)
     numerator, denominator = basis @ ratio.x, basis @ ratio.y
-    factors = [plant_factors(problem, omega, mass) for mass in end_masses_kg(problem)]
+    factors = [plant_factors(problem, omega, mass) for mass in problem.end_masses_kg]
     vectors = []
     for d, n, w1_d, w3_n in factors:
         chi = denominator * d - numerator * n

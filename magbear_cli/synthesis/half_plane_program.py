@@ -19,7 +19,7 @@ from magbear_cli.errors import NumericsError
 from magbear_cli.kernels.conic import Cone, solve_cone_program
 from magbear_cli.model.problem import ControlProblem
 from magbear_cli.model.robust_performance import worst_case_over_mass
-from magbear_cli.synthesis.half_plane import end_masses_kg, nearest_direction, plant_factors
+from magbear_cli.synthesis.half_plane import nearest_direction, plant_factors
 from magbear_cli.synthesis.lag_chain import ChainRatio, chain_basis
 from magbear_cli.synthesis.lag_ratio import LagRatio
 
@@ -110,7 +110,7 @@ class HalfPlaneProgram:
         return ChainRatio(self.poles, x_new, y_new)
 
     def _factors(self, omega: Floats) -> list[tuple[Floats, Floats, Floats, Floats]]:
-        return [plant_factors(self.scaled, omega, mass) for mass in end_masses_kg(self.scaled)]
+        return [plant_factors(self.scaled, omega, mass) for mass in self.scaled.end_masses_kg]
 
 
 def _solve(linear: list[sparse.spmatrix], sides: Floats, x_basis: Complexes, y_basis: Complexes) -> Floats:

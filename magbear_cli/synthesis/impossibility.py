@@ -141,7 +141,7 @@ class _Search:
         w1, w3 = self.scaled.performance_bound(omega), self.scaled.bandwidth_bound(omega)
         y_low, y_high, y_room = _interval_bounds(-g_y, w1, self.level)
         x_low, x_high, x_room = _interval_bounds(g_x, w3, self.level)
-        least, most = 1 + self.scaled.mass.low_kg * omega**2, 1 + self.scaled.mass.high_kg * omega**2
+        least, most = self._ratios(omega)
         size_x, size_y = np.abs(g_x) ** 2, np.abs(g_y) ** 2
         with np.errstate(divide="ignore", invalid="ignore"):
             light = 1 - least * size_x * y_low / (size_y * x_high)
@@ -149,6 +149,12 @@ class _Search:
         signs = np.where((x_high > 0) & (y_high > 0), 1.0, -1.0)
         room = np.min([light, heavy, x_room, y_room, signs], axis=0)
         return np.asarray(np.where(np.isnan(room), -1.0, room))
+
+    def _ratios(self, omega: Floats) -> tuple[Floats, Floats]:
+        """The least and the largest R/P that a mass of the range gives: m ω² + k_z over k_z."""
+        ends = [self.scaled.dynamic_stiffness_n_per_m(omega, mass) for mass in self.scaled.end_masses_kg]
+        ratios = np.stack(ends) / self.scaled.negative_stiffness_n_per_m
+        return ratios.min(axis=0), ratios.max(axis=0)
 
     def _x_functions(self, omega: Floats) -> _Functions:
         """1, and p_k/(s + p_k) less the multiple of the slowest lag that makes the derivative at 0 vanish."""
@@ -191,7 +197,7 @@ class _Search:
             block.size_rows(*place, unknowns) for block, place in zip((force, measure), places, strict=True)
         )
         cones = [block.cone_rows(*place, unknowns) for block, place in zip((force, measure), places, strict=True)]
-        least, most = 1 + self.scaled.mass.low_kg * omega**2, 1 + self.scaled.mass.high_kg * omega**2
+        least, most = self._ratios(omega)
         size = np.sqrt(r_unit * p_unit * np.sqrt(least * most))
         r_side, p_low, p_high = (sparse.diags(v / size) for v in (r_unit, least * p_unit, most * p_unit))
         mean = sparse.csr_matrix((r_rows + p_rows).sum(axis=0) / (2 * count))

@@ -19,9 +19,9 @@ def stabilises(scaled: ControlProblem, controller: StateSpace) -> bool:
 
 
 def _poles_left(scaled: ControlProblem, controller: StateSpace, mass_kg: float) -> bool:
-    k_z, k_i = scaled.negative_stiffness_n_per_m, scaled.current_stiffness_n_per_a
-    plant = np.array([[0.0, 1.0], [k_z / mass_kg, 0.0]])
-    enter, leave = np.array([[0.0], [k_i / mass_kg]]), np.array([[1.0, 0.0]])
+    inertia, k_z, k_i = scaled.inertia_kg(mass_kg), scaled.stiffness_n_per_m(mass_kg), scaled.current_stiffness_n_per_a
+    plant = np.array([[0.0, 1.0], [k_z / inertia, 0.0]])
+    enter, leave = np.array([[0.0], [k_i / inertia]]), np.array([[1.0, 0.0]])
     through = plant + enter @ controller.d @ leave
     closed = np.block([[through, enter @ controller.c], [controller.b @ leave, controller.a]])
     return bool(np.linalg.eigvals(closed).real.max() < 0.0)

@@ -54,11 +54,14 @@ def refused() -> Callable[..., tuple[Problem, ...]]:
 
 @pytest.fixture(scope="session")
 def spoiled() -> Callable[[str, str], str]:
-    """The base with the line of a top-level key replaced (for ``simulate`` both lines); empty to leave it out."""
+    """The base with the line of a top-level key replaced (for ``simulate`` both lines); empty to leave it out.
+
+    A key that the base has not is added at its end.
+    """
 
     def replace(key: str, line: str) -> str:
         lines = BASE.splitlines()
-        start = next(i for i, text in enumerate(lines) if text.startswith(f"{key}:"))
+        start = next((i for i, text in enumerate(lines) if text.startswith(f"{key}:")), len(lines))
         stop = start + 1
         while stop < len(lines) and lines[stop].startswith(" "):
             stop += 1

@@ -43,6 +43,7 @@ def test_a_case_is_plain_json_with_every_default_filled_in() -> None:
             "current_law": "full",
         },
         "operating_point": {"position_m": 0.0, "current_a": 0.0},
+        "uncertain": None,
         "mass_kg": 2.0,
         "performance": {"num": [2000.0], "den": [1.0, 200.0]},
         "bandwidth": None,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 import pytest
 
 from magbear_cli.errors import NumericsError, Status
@@ -47,6 +48,33 @@ def test_the_current_law_is_that_of_the_study(resolved: Resolve) -> None:
     inputs = resolved("bearing.current_law=half_switched")
     assert build_bearing(inputs).current_law is CurrentLaw.HALF_SWITCHED
     assert build_problem(inputs).current_stiffness_n_per_a == pytest.approx(25.0, rel=1e-12)
+
+
+@pytest.mark.parametrize(("low", "high"), [(0.8, 1.25), (0.5, 3.0)])
+def test_an_uncertain_force_constant_is_a_range_of_masses(resolved: Resolve, low: float, high: float) -> None:
+    """With k0 f times as large G is that of a mass f times as small, at every frequency."""
+    problem = build_problem(resolved(f"uncertain={{parameter: force_constant, factor: [{low}, {high}]}}"))
+    known = build_problem(resolved())
+    omega = np.geomspace(1.0, 1e5, 7)
+    for mass, factor in ((problem.mass.low_kg, high), (problem.mass.high_kg, low)):
+        own = known.mass.low_kg if factor == high else known.mass.high_kg
+        stiffness = own * omega**2 + factor * known.negative_stiffness_n_per_m
+        plant = -factor * known.current_stiffness_n_per_a / stiffness
+        np.testing.assert_allclose(problem.plant(omega, mass), plant, rtol=1e-12)
+
+
+@pytest.mark.parametrize(("low", "high"), [(0.8, 1.25), (0.5, 3.0)])
+def test_an_uncertain_stiffness_stands_about_its_middle(resolved: Resolve, low: float, high: float) -> None:
+    """Both ends of the range are plants with the rotor's own mass, and the nominal one is in the middle of k_z."""
+    text = f"uncertain={{parameter: negative_stiffness, factor: [{low}, {high}]}}"
+    problem = build_problem(resolved("mass_kg=3.6", text))
+    omega = np.geomspace(1.0, 1e5, 7)
+    ends = [(problem.mass.low_kg, high), (problem.mass.high_kg, low), (problem.mass.nominal_kg, 0.5 * (low + high))]
+    for mass, factor in ends:
+        assert problem.inertia_kg(mass) == pytest.approx(3.6, rel=1e-12)
+        assert problem.stiffness_n_per_m(mass) == pytest.approx(factor * 62_500.0, rel=1e-12)
+        plant = -50.0 / (3.6 * omega**2 + factor * 62_500.0)
+        np.testing.assert_allclose(problem.plant(omega, mass), plant, rtol=1e-12)
 
 
 def test_no_bandwidth_is_no_limit(resolved: Resolve) -> None:
