@@ -30,7 +30,7 @@ def verify_controller(problem: ControlProblem, controller: StateSpace, worst_cas
     """
     worst = np.nan if worst_case is None else worst_case
     if not worst >= SPECIFIED:  # NaN too may be proven
-        proof = _tightest(problem, controller, worst)
+        proof = prove_tightly(problem, controller, worst)
         if proof.proved:
             boxes = {"boxes": float(proof.boxes), "narrowest_box": proof.narrowest_box}
             return Verification(
@@ -47,10 +47,14 @@ def verify_controller(problem: ControlProblem, controller: StateSpace, worst_cas
     return found
 
 
-def _tightest(problem: ControlProblem, controller: StateSpace, worst: float) -> LevelProof:
+def prove_tightly(problem: ControlProblem, controller: StateSpace, worst: float) -> LevelProof:
+    """The proof of a level just above the sampled worst case, however high; failing that, of the specification."""
     tight = worst * (1.0 + _TIGHT)
-    proof = prove_level(problem, controller, min(tight, SPECIFIED) if np.isfinite(tight) and tight > 0 else SPECIFIED)
-    return proof if proof.proved or proof.level == SPECIFIED else prove_level(problem, controller, SPECIFIED)
+    if not (np.isfinite(tight) and tight > 0):
+        return prove_level(problem, controller, SPECIFIED)
+    level = min(tight, SPECIFIED) if worst < SPECIFIED else tight
+    proof = prove_level(problem, controller, level)
+    return proof if proof.proved or level >= SPECIFIED else prove_level(problem, controller, SPECIFIED)
 
 
 def prove_impossible(problem: ControlProblem, level: float = SPECIFIED) -> ImpossibilityProof | None:
