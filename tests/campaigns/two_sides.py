@@ -112,9 +112,8 @@ def summarise(rows: list[Row]) -> bool:
     gaps = np.array([row.gap for row in rows])
     known = gaps[np.isfinite(gaps)]
     wrong = sum(row.contradiction or not row.checked for row in rows)
-    print(
-        f"\nboth sides proven: {known.size} of {len(rows)}; gap {np.median(known):.2%} in the middle, {known.max():.2%} at most"
-    )
+    spread = f"{np.median(known):.2%} in the middle, {known.max():.2%} at most"
+    print(f"\nboth sides proven: {known.size} of {len(rows)}; gap {spread}")
     print(f"  further apart than {CLOSE:.0%} or not proven: {len(rows) - int((known <= CLOSE).sum())}")
     print(f"contradictions: {wrong}")
     return wrong == 0
