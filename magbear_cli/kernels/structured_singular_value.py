@@ -4,8 +4,7 @@ For M of shape (n, n) and Δ = diag(δ1 … δn), mu(M) = 1/min{‖Δ‖ : det(I
 diagonal D and every Δ of unit-modulus entries, ρ(MΔ) ≤ mu(M) ≤ σ(D M D⁻¹); both ends are recomputed here from the Δ
 and the D that are returned. For n ≤ 3 the least upper bound is mu itself (Packard and Doyle 1993, section 8).
 
-The logarithm of every unitarily invariant norm of e^X M e^−X is convex in the diagonal X, so X is found by damped
-Newton steps on log ‖e^X M e^−X‖ in the Schatten norms of index 2p, p rising towards the largest singular value.
+D is found by ``scaling_descent``. Repeated and full blocks are in ``block_singular_value``.
 """
 
 from __future__ import annotations
@@ -16,18 +15,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magbear_cli.errors import NumericsError
+from magbear_cli.kernels.scaling_descent import descend
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 Indices = NDArray[np.intp]
+Slices = tuple[slice, ...] | None
 
 _OSBORNE_SWEEPS = 30
 _ZERO_ENTRY_LOG = -300.0  # stands for log 0 beside a largest entry of 1: the infimum over D need not be attained
-_FIRST_P, _P_FACTOR, _LAST_P = 4.0, 64.0, 2e9  # σ at the minimiser is within log(n)/2p of the least
-_NEWTON_STEPS = 90
-_LONGEST_STEP = 1.0  # in log d
 _LARGEST_LOG_D = 300.0
-_STATIONARY = 1e-8  # of the gradient; its square is the error in log σ
 _POWER_STEPS = 60
 _CLOSED_GAP = 1e-9
 
@@ -127,10 +124,10 @@ def _largest_singular_value(stack: Complexes) -> Floats:
     return np.asarray(np.linalg.svd(stack, compute_uv=False)[:, 0], dtype=float)
 
 
-def _osborne_log_scaling(problem: _Balanced) -> Floats:
+def osborne_log_scaling(log_modulus: Floats) -> Floats:
     """The diagonal that makes row and column norms equal (Osborne 1960), one coordinate at a time."""
-    w, n, _ = problem.log_modulus.shape
-    power = 2.0 * np.maximum(problem.log_modulus, _ZERO_ENTRY_LOG)
+    w, n, _ = log_modulus.shape
+    power = 2.0 * np.maximum(log_modulus, _ZERO_ENTRY_LOG)
     log_d = np.zeros((w, n))
     for _ in range(_OSBORNE_SWEEPS if n > 2 else 1):
         moved = 0.0
@@ -154,129 +151,48 @@ def _least_log_scaling(problem: _Balanced) -> Floats:
     n = problem.phase.shape[1]
     if n == 1:
         return np.zeros((problem.phase.shape[0], 1))
-    log_d = _osborne_log_scaling(problem)
-    return log_d if n == 2 else _newton(problem, log_d)
+    log_d = osborne_log_scaling(problem.log_modulus)
+    if n == 2:
+        return log_d
+    motion = _DiagonalMotion(problem, log_d)
+    descend(motion, log_d.shape[0])
+    return np.asarray(motion.log_d - motion.log_d.mean(axis=1, keepdims=True), dtype=float)
 
 
 @dataclass
-class _Smoothed:
-    """log of the Schatten norm of index 2p at points X: value (w,), gradient (w, n), Hessian (w, n, n).
+class _DiagonalMotion:
+    """Positive diagonal scalings on their way to the least σ(D M D⁻¹); they commute, so that logarithms add up."""
 
-    ``top`` is the gradient of the logarithm of the largest singular value, where that is simple.
-    """
+    problem: _Balanced
+    log_d: Floats
 
-    value: Floats
-    gradient: Floats
-    hessian: Floats
-    top: Floats
+    def stack(self, rows: Indices) -> Complexes:
+        """D M D⁻¹ where these rows are now."""
+        return self.problem.scaled(self.log_d[rows], rows)
 
-    @classmethod
-    def at(cls, stack: Complexes, p: Floats) -> _Smoothed:
-        """Derivatives through the eigenvectors of AᴴA, A = e^X M e^−X, with divided differences of λᵖ⁻¹."""
-        size = np.abs(stack).max(axis=(1, 2))
-        size = np.where(size > 0, size, 1.0)
-        stack = stack / size[:, None, None]  # a matrix whose mu is zero can be scaled until its squares underflow
-        eigenvalue, v = np.linalg.eigh(stack.conj().swapaxes(1, 2) @ stack)
-        largest = np.maximum(eigenvalue[:, -1], np.finfo(float).tiny)
-        lam = np.maximum(eigenvalue / largest[:, None], 1e-30)
-        sigma = np.sqrt(lam)
-        u = (stack @ v) / (sigma * np.sqrt(largest)[:, None])[:, None, :]
-        log_lam, power = np.log(lam), p[:, None]
-        weight = np.exp(power * log_lam)
-        total = weight.sum(axis=1)
-        slope = np.abs(u) ** 2 - np.abs(v) ** 2  # d log σ_i / d x_k, (w, k, i)
-        gradient = (slope * weight[:, None, :]).sum(axis=2) / total[:, None]
-        pp, qq = v.conj()[:, :, :, None] * v[:, :, None, :], u.conj()[:, :, :, None] * u[:, :, None, :]
-        pair = sigma[:, :, None] * sigma[:, None, :]
-        first = 2.0 * pair[:, None] * qq - (lam[:, :, None] + lam[:, None, :])[:, None] * pp
-        difference = _divided_difference(log_lam, p)
-        n = lam.shape[1]
-        lead = weight / lam  # λᵖ⁻¹
-        # each Hessian term is a Gram matrix over the pairs (i, j)
-        hessian = _gram(first, first, difference)
-        both = 2.0 * lead[:, :, None] * (lam[:, :, None] + lam[:, None, :])
-        hessian += _gram(pp, pp, both)
-        # Σ_j |u_iᴴ h u_j|² = u_iᴴ h² u_i: no need of the u_j of a vanishing singular value
-        diagonal = 4.0 * (np.abs(u) ** 2 * weight[:, None, :]).sum(axis=2)
-        hessian[:, range(n), range(n)] += diagonal
-        cross = _gram(pp, qq, 4.0 * lead[:, :, None] * pair)
-        hessian -= cross + cross.swapaxes(1, 2)
-        hessian = hessian / (2.0 * total[:, None, None])
-        hessian -= 2.0 * power[:, :, None] * gradient[:, :, None] * gradient[:, None, :]
-        value = (np.log(total) / p + np.log(largest)) / 2.0 + np.log(size)
-        return cls(value, gradient, hessian, slope[:, :, -1])
+    def trial(self, rows: Indices, step: Floats) -> Complexes:
+        """D M D⁻¹ after a step."""
+        return self.problem.scaled(self._after(rows, step), rows)
 
-    def put(self, rows: NDArray[np.bool_], values: _Smoothed) -> None:
-        """Replace these rows by the values."""
-        self.value[rows], self.gradient[rows] = values.value, values.gradient
-        self.hessian[rows], self.top[rows] = values.hessian, values.top
+    def move(self, rows: Indices, step: Floats) -> None:
+        """Take a step."""
+        self.log_d[rows] = self._after(rows, step)
 
-    def rows(self, rows: NDArray[np.bool_]) -> _Smoothed:
-        """Only these rows."""
-        return _Smoothed(self.value[rows], self.gradient[rows], self.hessian[rows], self.top[rows])
+    def forms(self, u: Complexes, v: Complexes) -> tuple[Complexes, Complexes]:
+        """The matrices Uᴴ E_k U and Vᴴ E_k V of each direction, (w, n, n, n)."""
+        return u.conj()[:, :, :, None] * u[:, :, None, :], v.conj()[:, :, :, None] * v[:, :, None, :]
 
+    def slopes(self, u: Complexes, v: Complexes) -> Floats:
+        """Their diagonals' differences: d log σ_i/d x_k, (w, k, i)."""
+        return np.asarray(np.abs(u) ** 2 - np.abs(v) ** 2)
 
-def _gram(left: Complexes, right: Complexes, weight: Floats) -> Floats:
-    w, n = left.shape[:2]
-    weighted = (left * weight[:, None]).reshape(w, n, -1)
-    return np.asarray((weighted @ right.reshape(w, n, -1).conj().swapaxes(1, 2)).real, dtype=float)
+    def squares(self, u: Complexes, weight: Floats) -> Floats:
+        """Σ_i weight_i u_iᴴ E_k E_l u_i, (w, k, l)."""
+        diagonal = (np.abs(u) ** 2 * weight[:, None, :]).sum(axis=2)
+        return np.asarray(diagonal[:, :, None] * np.eye(u.shape[1]))
 
-
-def _divided_difference(log_lam: Floats, p: Floats) -> Floats:
-    """(λi^(p−1) − λj^(p−1))/(λi − λj), its limit where the two are equal, without cancellation."""
-    high = np.maximum(log_lam[:, :, None], log_lam[:, None, :])
-    gap = np.minimum(log_lam[:, :, None], log_lam[:, None, :]) - high
-    power = p[:, None, None]
-    same = gap > -1e-300
-    safe = np.where(same, -1.0, gap)
-    ratio = np.where(same, power - 1.0, np.expm1((power - 1.0) * safe) / np.expm1(safe))
-    return np.asarray(np.exp((power - 2.0) * high) * ratio, dtype=float)
-
-
-def _newton(problem: _Balanced, log_d: Floats) -> Floats:
-    """Damped Newton steps on the Schatten norms of rising index; only matrices that still move are worked on."""
-    answer = log_d.copy()
-    rows: Indices = np.arange(log_d.shape[0])
-    x, p = log_d.copy(), np.full(rows.size, _FIRST_P)
-    damping = np.full(rows.size, 1e-6)
-    here = _Smoothed.at(problem.scaled(x, rows), p)
-    for _ in range(_NEWTON_STEPS):
-        step = _damped_step(here, damping)
-        trial = np.clip(x + step, -_LARGEST_LOG_D, _LARGEST_LOG_D)
-        there = _Smoothed.at(problem.scaled(trial, rows), p)
-        better = there.value <= here.value + 1e-13 * np.maximum(1.0, np.abs(here.value))
-        decrement = -(here.gradient * step).sum(axis=1)
-        x[better] = trial[better]
-        here.put(better, there.rows(better))
-        damping = np.where(better, np.maximum(damping / 10.0, 1e-12), np.minimum(damping * 30.0, 1e6))
-        # a Schatten norm is followed only until its error in log σ is below what rising p will change anyway
-        followed = (decrement * p < 0.3) | (damping > 1e5)
-        done = (np.abs(here.top).max(axis=1) < _STATIONARY) | (followed & (p >= _LAST_P) & (decrement * p < 1e-4))
-        done |= (damping > 1e5) & (p >= _LAST_P)
-        answer[rows] = x
-        left = ~done
-        if not left.any():
-            break
-        rise = followed & left
-        p[rise] = np.minimum(p[rise] * _P_FACTOR, _LAST_P)
-        damping[rise] = 1e-6
-        rows, x, p, damping, rise = rows[left], x[left], p[left], damping[left], rise[left]
-        here = here.rows(left)
-        if rise.any():
-            here.put(rise, _Smoothed.at(problem.scaled(x[rise], rows[rise]), p[rise]))
-    return np.asarray(answer - answer.mean(axis=1, keepdims=True), dtype=float)
-
-
-def _damped_step(here: _Smoothed, damping: Floats) -> Floats:
-    """The Newton step with the last coordinate held (a common factor of D changes nothing), no longer than allowed."""
-    w, n = here.gradient.shape
-    reduced = here.hessian[:, :-1, :-1]
-    size = np.trace(reduced, axis1=1, axis2=2) + 1e-12
-    reduced = reduced + (damping * size)[:, None, None] * np.eye(n - 1)
-    step = np.zeros((w, n))
-    step[:, :-1] = -np.linalg.solve(reduced, here.gradient[:, :-1, None])[:, :, 0]
-    longest = np.abs(step).max(axis=1)
-    return np.asarray(step * np.minimum(1.0, _LONGEST_STEP / np.maximum(longest, 1e-300))[:, None], dtype=float)
+    def _after(self, rows: Indices, step: Floats) -> Floats:
+        return np.clip(self.log_d[rows] + step, -_LARGEST_LOG_D, _LARGEST_LOG_D)
 
 
 def _bounds(problem: _Balanced) -> tuple[Floats, Complexes, Floats, Floats]:
@@ -294,7 +210,7 @@ def _bounds(problem: _Balanced) -> tuple[Floats, Complexes, Floats, Floats]:
     pairs = np.flatnonzero(lower < upper * (1.0 - _CLOSED_GAP))
     for sign in (1.0, -1.0):
         if pairs.size:
-            _keep_better(stack, pairs, _phases(*_balanced_combination(u[pairs], v[pairs], sign)), lower, delta)
+            _keep_better(stack, pairs, _phases(*balanced_combination(u[pairs], v[pairs], sign)), lower, delta)
             pairs = pairs[lower[pairs] < upper[pairs] * (1.0 - _CLOSED_GAP)]
     if pairs.size:
         for start in _starts(delta[pairs]):
@@ -326,15 +242,17 @@ def _phases(u: Complexes, v: Complexes) -> Complexes:
     return _unit(np.multiply(v, np.conj(u)))
 
 
-def _balanced_combination(u: Complexes, v: Complexes, sign: float) -> tuple[Complexes, Complexes]:
-    """U η and V η of equal moduli, η a combination of the first two singular pairs.
+def balanced_combination(
+    u: Complexes, v: Complexes, sign: float, rows: Slices = None, columns: Slices = None
+) -> tuple[Complexes, Complexes]:
+    """U η and V η of equal norms in every block, η a combination of the first two singular pairs.
 
-    With η on the Bloch sphere, |(U η)_k|² = |(V η)_k|² is a plane for every k; for n = 3 the planes meet in a line,
-    and the least D puts that line through the sphere (so that mu is reached even where two singular values coincide).
+    With η on the Bloch sphere, ‖(U η)_k‖² = ‖(V η)_k‖² is a plane for every k; for three blocks the planes meet in a
+    line, and the least D puts that line through the sphere (so that mu is reached even where two singular values
+    coincide). ``rows`` and ``columns`` are the blocks' places in u and v; by default every channel is a block.
     """
-    first = np.abs(u[:, :, 0]) ** 2 - np.abs(v[:, :, 0]) ** 2
-    second = np.abs(u[:, :, 1]) ** 2 - np.abs(v[:, :, 1]) ** 2
-    mixed = u[:, :, 0].conj() * u[:, :, 1] - v[:, :, 0].conj() * v[:, :, 1]
+    of_outputs, of_inputs = _energies(u, rows), _energies(v, columns)
+    first, second, mixed = (mine - other for mine, other in zip(of_outputs, of_inputs, strict=True))
     planes = np.stack([mixed.real, -mixed.imag, (first - second) / 2.0], axis=2)
     left, size, right = np.linalg.svd(planes)
     weight = np.where(size[:, :2] > 1e-12 * (size[:, :1] + 1e-300), 1.0 / np.maximum(size[:, :2], 1e-300), 0.0)
@@ -347,6 +265,15 @@ def _balanced_combination(u: Complexes, v: Complexes, sign: float) -> tuple[Comp
     polar = np.arccos(np.clip(point[:, 2], -1.0, 1.0)) / 2.0
     eta = np.stack([np.cos(polar) + 0j, np.sin(polar) * np.exp(1j * np.arctan2(point[:, 1], point[:, 0]))], axis=1)
     return np.einsum("wki,wi->wk", u[:, :, :2], eta), np.einsum("wki,wi->wk", v[:, :, :2], eta)
+
+
+def _energies(x: Complexes, blocks: Slices) -> tuple[Floats, Floats, Complexes]:
+    """The squared norms of the first two columns in every block, and their inner product there."""
+    parts = np.abs(x[:, :, 0]) ** 2, np.abs(x[:, :, 1]) ** 2, x[:, :, 0].conj() * x[:, :, 1]
+    if blocks is None:
+        return parts
+    first, second, mixed = (np.stack([part[:, k].sum(axis=1) for k in blocks], axis=1) for part in parts)
+    return first.real, second.real, mixed
 
 
 def _starts(best: Complexes) -> list[Complexes]:
