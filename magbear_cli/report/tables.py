@@ -168,6 +168,7 @@ def _end(step: StepOutcome) -> str:
     """How a run without a settling time ended, in words."""
     last = f"after {significant(float(step.time_s[-1]) * MILLISECONDS)} ms" if step.time_s.size else ""
     words = {"touched_down": f"touches down {last}", "not_finite": "is not finite", "diverged": f"diverges {last}"}
+    words["not_begun"] = f"cannot begin: {step.sentence}"
     if step.end in words:
         return words[step.end].strip()
     return "not settled at the end" if step.settling_time_s is None else "settled"
@@ -194,6 +195,7 @@ def case_figures(outcome: CaseOutcome) -> list[tuple[str, str]]:
     summary = outcome.summary
     pairs = [
         ("level by the method's own account", significant(summary.level)),
+        ("worst case proven below", significant(summary.worst_case_proven)),
         ("worst mass", _unit(summary.worst_mass_kg, "kg")),
         ("worst frequency", _unit(summary.worst_omega_rad_s, "rad/s")),
         ("flatness of µ, 10 … 10⁵ rad/s", significant(summary.mu_flatness, 2)),

@@ -147,9 +147,11 @@ def _steps(outcomes: Sequence[CaseOutcome]) -> list[str]:
     settled = sum(step.settling_time_s is not None for step in steps)
     fallen = sum(step.touched_down for step in steps)
     broken = sum(step.end in {"not_finite", "diverged"} for step in steps)
-    rest = len(steps) - settled - fallen - broken
+    never = sum(step.end == "not_begun" for step in steps)
+    rest = len(steps) - settled - fallen - broken - never
     parts = [f"{settled} settled"]
     parts += [f"{fallen} touched down"] if fallen else []
     parts += [f"{broken} diverged"] if broken else []
+    parts += [f"{never} could not begin"] if never else []
     parts += [f"{rest} had not settled at the end"] if rest else []
     return [f"Of {count_text(len(steps), 'step response')}, {', '.join(parts)}."]

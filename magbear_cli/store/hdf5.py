@@ -59,6 +59,11 @@ def read_image_attributes(image: bytes) -> dict[str, str | int]:
         return dict(_read_attributes(file["/"].id))
 
 
+def is_hdf5(path: Path) -> bool:
+    """Whether the file begins as HDF5 files do."""
+    return bool(h5py.is_hdf5(path))
+
+
 def read_file(path: Path) -> Branch:
     """The tree of an HDF5 file, read without taking HDF5's own locks, which network file systems may not have.
 

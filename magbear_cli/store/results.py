@@ -7,7 +7,7 @@ from pathlib import Path
 from magbear_cli.errors import InputError, ResumableError
 from magbear_cli.store.durable import write_durably
 from magbear_cli.store.forms import RESULTS_FORMAT, grow_study, harvest_study
-from magbear_cli.store.hdf5 import build_image, read_file
+from magbear_cli.store.hdf5 import build_image, is_hdf5, read_file
 from magbear_cli.store.layout import LAYOUT_VERSION
 from magbear_cli.study.outcome import StudyResults
 
@@ -35,6 +35,8 @@ def read_results(path: Path) -> StudyResults:
     """
     if not path.is_file():
         raise InputError(f"{path}: there is no such results file")
+    if not is_hdf5(path):
+        raise InputError(f"{path} is not an HDF5 file; a run's results are in the results.h5 of its directory")
     try:
         root = read_file(path)
     except (OSError, KeyError, RuntimeError, ValueError, UnicodeDecodeError) as error:

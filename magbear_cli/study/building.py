@@ -77,6 +77,12 @@ def _tupled(options: Inputs) -> dict[str, Any]:
     return {key: tuple(value) if isinstance(value, list) else value for key, value in options.items()}
 
 
+def _mu_convex(problem: ControlProblem, options: dict[str, Any]) -> Design:
+    prefilter = options.pop("step_prefilter", None)
+    step_prefilter = None if prefilter is None else Prefilter(**prefilter)
+    return design_mu_convex(problem, MuConvexOptions(**options, step_prefilter=step_prefilter))
+
+
 def _stored(_: ControlProblem, options: Inputs) -> Design:
     try:
         controller = StateSpace.of(options["a"], options["b"], options["c"], options["d"])
@@ -88,7 +94,7 @@ def _stored(_: ControlProblem, options: Inputs) -> Design:
 
 
 METHODS: Mapping[str, Callable[[ControlProblem, dict[str, Any]], Design]] = {
-    "mu_convex": lambda problem, options: design_mu_convex(problem, MuConvexOptions(**options)),
+    "mu_convex": _mu_convex,
     "fixed_order": lambda problem, options: design_fixed_order(problem, FixedOrderOptions(**options)),
     "hinf": lambda problem, options: design_hinf(problem, HinfOptions(**options)),
     "mu_dk": lambda problem, options: design_mu_dk(problem, MuDkOptions(**_tupled(options))),
@@ -104,18 +110,25 @@ def design_controller(problem: ControlProblem, controller: Inputs) -> Design:
     return METHODS[controller["method"]](problem, options)
 
 
-def build_scenarios(inputs: Inputs) -> list[tuple[StepScenario, Inputs]]:
-    """One scenario for each mass of each entry of ``simulate``, with the entry it comes from."""
+def scenario_entries(inputs: Inputs) -> list[dict[str, Any]]:
+    """The entries of ``simulate``, one for each of their masses, with ``mass_kg`` in place of the list."""
     return [
-        (_scenario(entry, mass, inputs["operating_point"]), entry)
+        {**{key: value for key, value in entry.items() if key != "masses_kg"}, "mass_kg": mass}
         for entry in inputs["simulate"]
         for mass in entry["masses_kg"]
     ]
 
 
-def _scenario(entry: Inputs, mass_kg: float, operating_point: Inputs) -> StepScenario:
+def build_scenario(entry: Inputs, operating_point: Inputs) -> StepScenario:
+    """What is done to the loop in one run.
+
+    Raises
+    ------
+    NumericsError
+        when its numbers describe no run.
+    """
     parts = {"prefilter": Prefilter, "sensor": SensorDynamics, "rotor": FlexibleRotor, "disturbance": Disturbance}
-    fields = {key: value for key, value in entry.items() if key != "masses_kg"}
+    fields = dict(entry)
     for key, part in parts.items():
         fields[key] = None if fields[key] is None else part(**fields[key])
-    return StepScenario(mass_kg=mass_kg, **operating_point, **fields)
+    return StepScenario(**operating_point, **fields)

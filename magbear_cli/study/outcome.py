@@ -95,7 +95,7 @@ class StepOutcome:
     model: str  # linear or nonlinear
     controller: str
     scenario: Mapping[str, Any]  # the resolved entry of `simulate`
-    end: str  # finished, touched_down, not_finite, diverged
+    end: str  # finished, touched_down, not_finite, diverged, not_begun
     sentence: str
     settling_time_s: float | None
     overshoot: float | None  # fraction of the way to where it comes to rest

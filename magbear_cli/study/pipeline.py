@@ -11,9 +11,14 @@ import numpy as np
 from magbear_cli.errors import NumericsError, Status
 from magbear_cli.lti.state_space import StateSpace
 from magbear_cli.model.problem import ControlProblem
-from magbear_cli.simulation.scenario import StepScenario
-from magbear_cli.simulation.step import simulate_step
-from magbear_cli.study.building import build_bearing, build_problem, build_scenarios, design_controller
+from magbear_cli.simulation.step import StepResponse, simulate_step
+from magbear_cli.study.building import (
+    build_bearing,
+    build_problem,
+    build_scenario,
+    design_controller,
+    scenario_entries,
+)
 from magbear_cli.study.judging import judge_loop, verdict, without_levels
 from magbear_cli.study.outcome import CaseOutcome, StepOutcome, Summary
 from magbear_cli.study.proving import SPECIFIED, prove_impossible, prove_lower_bound, verify_controller
@@ -89,35 +94,62 @@ def _with_impossibility(outcome: CaseOutcome, problem: ControlProblem, design: D
 
 
 def _simulated(inputs: Mapping[str, Any], controller: StateSpace) -> tuple[StepOutcome, ...]:
+    """Every run of the case; one that cannot begin says why and stops none of the others."""
     bearing = build_bearing(inputs)
     method = str(inputs["controller"]["method"])
     steps = []
-    for scenario, entry in build_scenarios(inputs):
-        response = simulate_step(bearing, controller, scenario)
-        steps.append(
-            StepOutcome(
-                mass_kg=scenario.mass_kg,
-                step_m=scenario.step_m,
-                model=scenario.model,
-                controller=method,
-                scenario=_entry_of_mass(entry, scenario),
-                end=str(response.end),
-                sentence=response.sentence,
-                settling_time_s=response.metrics.settling_time_s,
-                overshoot=response.metrics.overshoot,
-                rise_time_s=response.metrics.rise_time_s,
-                peak_current_a=response.metrics.peak_current_a,
-                final_error_m=response.metrics.final_error_m,
-                time_s=response.time_s,
-                position_m=response.position_m,
-                current_a=response.current_a,
-                reference_m=response.reference_m,
-                linear_position_m=response.linear_position_m,
-                linear_current_a=response.linear_current_a,
-            )
-        )
+    for entry in scenario_entries(inputs):
+        try:
+            response = simulate_step(bearing, controller, build_scenario(entry, inputs["operating_point"]))
+        except NumericsError as error:
+            steps.append(_not_begun(entry, method, str(error)))
+        else:
+            steps.append(_ended(entry, method, response))
     return tuple(steps)
 
 
-def _entry_of_mass(entry: Mapping[str, Any], scenario: StepScenario) -> dict[str, Any]:
-    return {**{key: value for key, value in entry.items() if key != "masses_kg"}, "mass_kg": scenario.mass_kg}
+def _ended(entry: Mapping[str, Any], method: str, response: StepResponse) -> StepOutcome:
+    return StepOutcome(
+        mass_kg=entry["mass_kg"],
+        step_m=entry["step_m"],
+        model=entry["model"],
+        controller=method,
+        scenario=entry,
+        end=str(response.end),
+        sentence=response.sentence,
+        settling_time_s=response.metrics.settling_time_s,
+        overshoot=response.metrics.overshoot,
+        rise_time_s=response.metrics.rise_time_s,
+        peak_current_a=response.metrics.peak_current_a,
+        final_error_m=response.metrics.final_error_m,
+        time_s=response.time_s,
+        position_m=response.position_m,
+        current_a=response.current_a,
+        reference_m=response.reference_m,
+        linear_position_m=response.linear_position_m,
+        linear_current_a=response.linear_current_a,
+    )
+
+
+def _not_begun(entry: Mapping[str, Any], method: str, sentence: str) -> StepOutcome:
+    nothing = np.empty(0)
+    return StepOutcome(
+        mass_kg=entry["mass_kg"],
+        step_m=entry["step_m"],
+        model=entry["model"],
+        controller=method,
+        scenario=entry,
+        end="not_begun",
+        sentence=sentence,
+        settling_time_s=None,
+        overshoot=None,
+        rise_time_s=None,
+        peak_current_a=None,
+        final_error_m=None,
+        time_s=nothing,
+        position_m=nothing,
+        current_a=nothing,
+        reference_m=nothing,
+        linear_position_m=nothing,
+        linear_current_a=nothing,
+    )

@@ -21,7 +21,7 @@ def test_verified_is_said_of_verified_cases_alone(make_case: MakeCase) -> None:
     good = make_case(0)
     believed = replace(good, summary=replace(good.summary, verified=False))
     assert headline([good, good]) == "All 2 cases meet the specification, proven for every mass and frequency."
-    assert "1 of them verified" in headline([good, believed])
+    assert "1 of them proven" in headline([good, believed])
     assert "none is verified" in headline([believed])
     assert headline([make_case(0, status=Status.FAILED, curves=False)]) == "The case does not meet the specification."
 

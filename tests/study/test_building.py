@@ -14,8 +14,9 @@ from magbear_cli.study.building import (
     build_bearing,
     build_mass_range,
     build_problem,
-    build_scenarios,
+    build_scenario,
     design_controller,
+    scenario_entries,
 )
 
 Resolve = Callable[..., dict[str, Any]]
@@ -93,11 +94,10 @@ def test_a_number_is_a_range_of_one_mass() -> None:
 def test_every_key_of_a_scenario_arrives(resolved: Resolve) -> None:
     """A scenario with every option has every option, once for each mass, beside the entry that it comes from."""
     inputs = resolved(FULL_SCENARIO, "operating_point.position_m=1e-5")
-    pairs = build_scenarios(inputs)
-    assert [scenario.mass_kg for scenario, _ in pairs] == [3.0, 4.5]
-    for scenario, entry in pairs:
-        assert entry is inputs["simulate"][0]
-        for key, value in entry.items():
+    scenarios = [build_scenario(entry, inputs["operating_point"]) for entry in scenario_entries(inputs)]
+    assert [scenario.mass_kg for scenario in scenarios] == [3.0, 4.5]
+    for scenario in scenarios:
+        for key, value in inputs["simulate"][0].items():
             if key == "masses_kg":
                 continue
             built = getattr(scenario, key)
@@ -110,7 +110,9 @@ def test_every_key_of_a_scenario_arrives(resolved: Resolve) -> None:
 
 def test_what_is_left_out_of_a_scenario_stays_out(resolved: Resolve) -> None:
     """A bare step has neither filter nor sensor nor elastic rotor nor pulse."""
-    ((scenario, _),) = build_scenarios(resolved())
+    inputs = resolved()
+    (entry,) = scenario_entries(inputs)
+    scenario = build_scenario(entry, inputs["operating_point"])
     assert (scenario.prefilter, scenario.sensor, scenario.rotor, scenario.disturbance) == (None, None, None, None)
 
 

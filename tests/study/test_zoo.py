@@ -199,14 +199,23 @@ def test_every_step_has_an_end(resolved: Resolve, name: str) -> None:
     inputs["simulate"] = [{**inputs["simulate"][0], **STEPS[name]}]
     outcome = run_case(inputs, "x", 0)
     _check(outcome)
-    if outcome.status is Status.FAILED:
-        return
     (step,) = outcome.steps
-    assert step.end in {"finished", "touched_down", "diverged", "not_finite"}
+    assert step.end in {"finished", "touched_down", "diverged", "not_finite", "not_begun"}
     assert step.end == "finished" or step.sentence
     assert step.end == "finished" or step.settling_time_s is None
     assert np.isfinite(step.time_s).all()
     assert np.isfinite(step.position_m).all()
+
+
+def test_a_step_that_cannot_begin_spares_the_others(resolved: Resolve) -> None:
+    """A rotor whose sensor part is heavier than the whole has no response; the case and its other steps have."""
+    inputs = resolved(**stored(*LEAD))
+    usual = inputs["simulate"][0]
+    inputs["simulate"] = [{**usual, **STEPS["a part heavier than the whole"]}, usual]
+    outcome = run_case(inputs, "x", 0)
+    assert outcome.status is Status.NOT_ACHIEVED
+    assert [step.end for step in outcome.steps] == ["not_begun", "finished"]
+    assert "sensor mass" in outcome.steps[0].sentence
 
 
 def test_what_takes_long_is_stopped(resolved: Resolve) -> None:
