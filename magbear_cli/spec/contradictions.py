@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from magbear_cli.spec.methods import MuConvex
 from magbear_cli.spec.models import Case
 from magbear_cli.spec.nodes import Path
 from magbear_cli.spec.scenario import Scenario
@@ -40,6 +41,18 @@ def contradictions(case: Case) -> Iterator[Contradiction]:
             ("uncertain", "parameter"),
             "uncertain.parameter is negative_stiffness and mass_kg is a range: one of them may be uncertain at a time",
             "give one mass, or make force_constant the uncertain parameter",
+        )
+    controller = case.controller
+    if (
+        isinstance(controller, MuConvex)
+        and controller.step_prefilter is not None
+        and controller.minimise != "step_current"
+    ):
+        yield Contradiction(
+            ("controller",),  # where the prefilter stands may be a part's own file
+            f"controller.step_prefilter belongs to the current of a step, and controller.minimise is "
+            f"{controller.minimise}",
+            "write minimise: step_current, or remove step_prefilter",
         )
     masses = case.mass_kg if isinstance(case.mass_kg, list) else [case.mass_kg]
     for index, scenario in enumerate(case.simulate or ()):

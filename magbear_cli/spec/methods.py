@@ -6,7 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
-from magbear_cli.spec.section import NonNegative, Positive, Section, Tiny, fault
+from magbear_cli.spec.scenario import Prefilter
+from magbear_cli.spec.section import NonNegative, PartName, Positive, Section, Tiny, fault
 
 
 def _not_all_zero(values: list[float]) -> list[float]:
@@ -40,6 +41,13 @@ class MuConvex(Section):
         "real", description="Take the mass as real (exact) or as a complex perturbation (mu-synthesis)."
     )
     max_order: int = Field(12, ge=2, le=100, description="Largest number of controller states.")
+    minimise: Literal["worst_case", "ks_peak", "step_current"] = Field(
+        "worst_case",
+        description="The worst case (or mu) itself; or with it held at 1 the peak of |K S|, or of a step's current.",
+    )
+    step_prefilter: Annotated[Prefilter, PartName("prefilters")] | None = Field(
+        None, description="The filter of the step whose current is minimised; null for none."
+    )
 
 
 class FixedOrder(Section):

@@ -174,6 +174,7 @@ SECTIONS: dict[Path, tuple[type[Section], ...]] = {
     ("performance",): tuple(WEIGHT_FORMS.values()),
     ("bandwidth",): (Bandwidth,),
     ("controller",): METHODS,
+    ("controller", "step_prefilter"): (Prefilter,),
     ("simulate", "*"): (Scenario,),
     ("simulate", "*", "prefilter"): (Prefilter,),
     ("simulate", "*", "sensor"): (Sensor,),
@@ -197,6 +198,7 @@ LISTS: dict[Path, int] = {  # keys that hold lists of scalars, whose entries may
 PARTS: dict[Path, str] = {
     ("bearing",): "bearings",
     ("performance",): "weights",
+    ("controller", "step_prefilter"): "prefilters",
     ("simulate", "*", "prefilter"): "prefilters",
     ("simulate", "*", "sensor"): "sensors",
     ("simulate", "*", "rotor"): "rotors",

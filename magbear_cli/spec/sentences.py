@@ -31,6 +31,7 @@ EXAMPLES: Final = {
     "uncertain": "uncertain: {parameter: force_constant, factor: [0.8, 1.25]}",
     "operating_point": "operating_point: {position_m: 0.0}",
     "prefilter": "prefilter: {omega_rad_s: 20000, zeta: 1.0}",
+    "step_prefilter": "step_prefilter: {omega_rad_s: 20000, zeta: 1.0}",
     "sensor": "sensor: {omega_rad_s: 4000, damping_rad_s: 560}",
     "rotor": "rotor: thesis_flexible_c170",
     "disturbance": "disturbance: {force_n: 50, duration_s: 2.0e-3}",
@@ -201,7 +202,7 @@ def _mapping_wanted(path: Path) -> str:
     """What belongs at a place where a section stands."""
     if path == ("performance",):
         return "the name of a weight, {dc_gain, corner_rad_s} or {num, den}"
-    if path == ("bearing",) or (path and path[-1] in {"prefilter", "sensor", "rotor"}):
+    if path == ("bearing",) or (path and path[-1] in {"prefilter", "step_prefilter", "sensor", "rotor"}):
         return "the name of a part or a mapping of keys"
     return "a mapping of keys"
 

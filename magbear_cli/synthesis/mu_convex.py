@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -13,9 +13,14 @@ from magbear_cli.kernels.structured_singular_value import mu_upper_bound
 from magbear_cli.lti.frequency import frequency_response
 from magbear_cli.lti.reduction import balanced_residualization, balanced_truncation
 from magbear_cli.lti.state_space import StateSpace
+from magbear_cli.model.filters import Prefilter
 from magbear_cli.model.problem import ControlProblem
 from magbear_cli.model.robust_performance import interconnection
-from magbear_cli.model.scaling import scale_problem
+from magbear_cli.model.scaling import Scaling, scale_problem
+from magbear_cli.synthesis.current_design import KnownController, find_least_current, peak_current, wished_current
+from magbear_cli.synthesis.current_search import AIM
+from magbear_cli.synthesis.current_wish import CurrentWish
+from magbear_cli.synthesis.descent import Responds
 from magbear_cli.synthesis.design import Design
 from magbear_cli.synthesis.dq_iteration import iterate_dq
 from magbear_cli.synthesis.exact_mass import ExactMassOptions, design_exact_mass
@@ -28,14 +33,67 @@ REDUCTION_LOSS = 0.003  # of the level: the price of a simpler controller that n
 
 @dataclass(frozen=True)
 class MuConvexOptions:
-    """``uncertainty``: the mass as the real number it is, or a complex block; ``max_order``: states at most."""
+    """What is sought.
+
+    ``uncertainty``: the mass as the real number it is, or a complex block; ``max_order``: states at most;
+    ``minimise``: the worst case (or mu) itself, or with it at one the peak of |K S|, or that of the linear nominal
+    current after a step of the command through ``step_prefilter`` (None: unfiltered).
+    """
 
     uncertainty: Literal["real", "complex"] = "real"
     max_order: int = 12
+    minimise: Literal["worst_case", "ks_peak", "step_current"] = "worst_case"
+    step_prefilter: Prefilter | None = None
 
 
 def design_mu_convex(problem: ControlProblem, options: MuConvexOptions) -> Design:
-    """The controller with the least worst case over the real mass range, or the least peak mu with complex blocks."""
+    """The controller of any order with the least worst case (real mass), peak mu (complex blocks), or least current.
+
+    The level of the answer is what was minimised: for the peak of |K S| in A/m, for a step's current in A per m of it.
+    """
+    if options.minimise == "worst_case":
+        return _least_level(problem, options)
+    scaled, scaling = scale_problem(problem)
+    prefilter = options.step_prefilter
+    if prefilter is not None:
+        prefilter = replace(prefilter, omega_rad_s=prefilter.omega_rad_s / scaling.omega_rad_s)
+    wish = wished_current(scaled, steps=options.minimise == "step_current", prefilter=prefilter)
+    lead = search_order(with_bandwidth(scaled), FixedOrderOptions(order=1, uncertainty=options.uncertainty))
+    start: Responds = lead.controller
+    if lead.level > AIM:
+        best = _least_level(scaled, options)
+        if best.controller is None or best.level > AIM:
+            return _without_room(best, wish, scaled, scaling)
+        start = KnownController(best.controller)
+    least = find_least_current(scaled, options.uncertainty, wish, start, options.max_order)
+    statistics = {
+        "cone_programs": float(lead.solves + least.solves),
+        "level_before_reduction": least.before_reduction * scaling.gain_a_per_m,
+        "order_before_reduction": float(least.order_before_reduction),
+        "specification_level": least.level,
+    }
+    status, sentence = Status.OK, ""
+    if not least.meets:
+        status = Status.NOT_ACHIEVED
+        sentence = f"no controller of at most {options.max_order} states was found that meets the specification"
+    current = least.current * scaling.gain_a_per_m
+    return Design(scaling.controller(least.controller), status, sentence, current, statistics)
+
+
+def _without_room(best: Design, wish: CurrentWish, scaled: ControlProblem, scaling: Scaling) -> Design:
+    """The scaled design of least worst case where the specification leaves no room for less current, or is not met."""
+    if best.controller is None:
+        return best
+    controller = scaling.controller(best.controller)
+    if best.status is not Status.OK:
+        return replace(best, controller=controller)
+    sentence = f"the specification is met at {best.level:.4g} at best: no room is left to take less current"
+    current = peak_current(scaled, best.controller, wish) * scaling.gain_a_per_m
+    return replace(best, controller=controller, sentence=sentence, level=current, claims_optimum=False)
+
+
+def _least_level(problem: ControlProblem, options: MuConvexOptions) -> Design:
+    """The least worst case over the real mass range, or the least peak mu with complex blocks."""
     if options.uncertainty == "real":
         return design_exact_mass(problem, ExactMassOptions(max_order=options.max_order))
     scaled, scaling = scale_problem(with_bandwidth(problem))

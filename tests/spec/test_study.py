@@ -23,7 +23,7 @@ performance: thesis_precision
 controller: {method: mu_convex}
 """
 CONTROLLERS = {
-    "mu_convex": {"uncertainty": "real", "max_order": 12},
+    "mu_convex": {"uncertainty": "real", "max_order": 12, "minimise": "worst_case", "step_prefilter": None},
     "fixed_order": {"order": 1, "uncertainty": "real", "minimise": "worst_case"},
     "hinf": {"gamma_tolerance": 1e-3, "form": "mended"},
     "lqg": {"q": [1.0, 1e-5], "r": 3e-9, "xi": 1.0, "theta": 1e-15},
@@ -47,7 +47,13 @@ def test_a_case_is_plain_json_with_every_default_filled_in() -> None:
         "mass_kg": 2.0,
         "performance": {"num": [2000.0], "den": [1.0, 200.0]},
         "bandwidth": None,
-        "controller": {"method": "mu_convex", "uncertainty": "real", "max_order": 12},
+        "controller": {
+            "method": "mu_convex",
+            "uncertainty": "real",
+            "max_order": 12,
+            "minimise": "worst_case",
+            "step_prefilter": None,
+        },
         "simulate": [],
     }
 

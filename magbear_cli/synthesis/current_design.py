@@ -1,0 +1,233 @@
+"""The least current that meets the specification: the optimum over very many poles, then a few that nearly have it.
+
+The search works with the poles of the loop. First they are many and spread evenly; then few, fitted to the answer or
+grown from fewer, and moved. What is handed on is recomputed from the controller's own matrices.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from magbear_cli.errors import NumericsError
+from magbear_cli.kernels.structured_singular_value import mu_upper_bound
+from magbear_cli.lti.frequency import frequency_response
+from magbear_cli.lti.state_space import StateSpace
+from magbear_cli.model.filters import Prefilter
+from magbear_cli.model.problem import ControlProblem
+from magbear_cli.model.robust_performance import control_sensitivity, interconnection
+from magbear_cli.synthesis.all_pass_sections import Sections
+from magbear_cli.synthesis.control_set import Uncertainty
+from magbear_cli.synthesis.current_search import Candidate, CurrentSearch
+from magbear_cli.synthesis.current_wish import CurrentWish
+from magbear_cli.synthesis.descent import Responds
+from magbear_cli.synthesis.exact_mass import exact_level
+from magbear_cli.synthesis.frequency_span import FrequencySpan, frequency_span, with_bandwidth
+from magbear_cli.synthesis.peak import refined_peak
+from magbear_cli.synthesis.pole_fit import fit_poles
+from magbear_cli.synthesis.stabilisation import stabilises
+from magbear_cli.synthesis.step_current import Instants, peak_step_current
+
+Floats = NDArray[np.float64]
+
+LOSS = 0.01  # of the current: the price of a simpler controller
+_PROVABLE = 0.9998  # of the level: what the matrices must keep to be proven without a grid
+_CONSTRAINED, _DENSE = 100, 1200  # frequencies at first, and those that judge
+_PER_DECADE = (20, 150)  # as many more of each a decade around the crossover
+_FIRST_PAIRS, _PAIRS_PER_DECADE, _MOST_PAIRS = 16, 12.0, 34
+_ROUGHLY = 3  # cone programs where the answer is only a start
+_ORDERS = (2, 3, 4, 5, 6, 8, 12)  # states to try in turn, then in steps of four
+_NEW_LAGS = (0.05, 0.5)  # of the crossover: where a grown controller gets its new poles
+
+
+@dataclass(frozen=True)
+class LeastCurrent:
+    """A controller of the scaled problem and the current it takes, recomputed from its matrices.
+
+    ``current`` is the peak of |K S|, or that of the current after a unit step; ``before_reduction`` the same for the
+    optimum over ``order_before_reduction`` states. ``meets``: whether the specification is met with room for a proof.
+    """
+
+    controller: StateSpace
+    current: float
+    level: float
+    meets: bool
+    before_reduction: float
+    order_before_reduction: int
+    solves: int
+
+
+@dataclass(frozen=True, eq=False)
+class KnownController:
+    """A controller known by its matrices, where a search asks for its response."""
+
+    system: StateSpace
+
+    def response(self, omega_rad_s: Floats) -> NDArray[np.complex128]:
+        """K(jω), (w,)."""
+        return frequency_response(self.system, omega_rad_s)[:, 0, 0]
+
+    def controller(self) -> StateSpace:
+        """The controller itself."""
+        return self.system
+
+
+def wished_current(scaled: ControlProblem, *, steps: bool, prefilter: Prefilter | None) -> CurrentWish:
+    """The peak of |K S|, or with ``steps`` that of the current after a step through the (scaled) prefilter."""
+    if not steps:
+        return CurrentWish()
+    span = frequency_span(with_bandwidth(scaled))
+    fastest = span.fast if prefilter is None else 2.0 * prefilter.omega_rad_s
+    return CurrentWish(Instants.between(max(fastest, span.fast), 0.3 * span.slow), prefilter, fastest)
+
+
+def find_least_current(
+    scaled: ControlProblem, uncertainty: Uncertainty, wish: CurrentWish, start: Responds, max_order: int
+) -> LeastCurrent:
+    """The controller of at most ``max_order`` states whose current is the least, or a hundredth above with fewer.
+
+    ``start`` meets the specification. Without a bandwidth limit none is imposed: bounded |K S| is one by itself, and
+    a step's current counts a little of it.
+
+    Raises
+    ------
+    NumericsError
+        when no cone program was solved, or no controller's matrices do what its functions promised.
+    """
+    span = frequency_span(with_bandwidth(scaled))
+    search = CurrentSearch(scaled, uncertainty, wish, span.grid(_DENSE, margin=1e4), span.grid(_CONSTRAINED))
+    full, crossover = _over_many_poles(search, start, span)
+    found: list[tuple[Candidate, LeastCurrent]] = []
+    for candidate in _over_few_poles(search, full, crossover, max_order):
+        answer = _recomputed(search, candidate, full)
+        if answer is None:
+            continue
+        found.append((candidate, answer))
+        if answer.meets and candidate.cost <= full.cost * (1.0 + LOSS):
+            break
+    if not found:
+        raise NumericsError("no controller of least current was found whose own matrices hold what was promised")
+    least = min(candidate.cost for candidate, _ in found)
+    return next(answer for candidate, answer in found if candidate.cost <= least * (1.0 + LOSS))
+
+
+def _over_many_poles(search: CurrentSearch, start: Responds, span: FrequencySpan) -> tuple[Candidate, float]:
+    """The optimum, and the highest frequency at which |T| is near one: first found roughly, then around it finely."""
+    rough = search.settle(start, _even_pairs(0.3 * span.slow, span.fast, _FIRST_PAIRS), most=_ROUGHLY)
+    crossover = _crossover(search, rough)
+    low, high = 0.3 * span.slow, max(3.0 * crossover, search.wish.fastest)
+    decades = float(np.log10(high / low))
+    around = (0.1 * low, 2.0 * high)
+    constrained, dense = (int(per_decade * (decades + 1.3)) for per_decade in _PER_DECADE)
+    search.omega = np.union1d(search.omega, np.geomspace(*around, constrained))
+    search.dense = np.union1d(search.dense, np.geomspace(*around, dense))
+    pairs = int(np.clip(_PAIRS_PER_DECADE * decades, _FIRST_PAIRS, _MOST_PAIRS))
+    return search.settle(rough.form, _even_pairs(low, high, pairs)), crossover
+
+
+def _even_pairs(low: float, high: float, pairs: int) -> Sections:
+    """Pairs of real poles, one twice the other, log-spaced."""
+    speed = np.geomspace(low, high, pairs)
+    return Sections(np.stack([3.0 * speed, 2.0 * speed**2], axis=1))
+
+
+def _crossover(search: CurrentSearch, candidate: Candidate) -> float:
+    omega = search.dense[np.isfinite(search.dense)]
+    plant = search.scaled.plant(omega, search.scaled.mass.nominal_kg)
+    strong = omega[np.abs(plant * candidate.form.control_sensitivity(omega)) > 0.7]
+    return float(strong.max(initial=1.0))
+
+
+def _over_few_poles(search: CurrentSearch, full: Candidate, crossover: float, max_order: int) -> Iterator[Candidate]:
+    """The best found with two states, then more and more, each at least as good as the one before."""
+    orders = [order for order in (*_ORDERS, *range(16, max_order + 1, 4)) if order < max_order]
+    best: Candidate | None = None
+    for order in (*orders, max_order):
+        starts = [(full, _fitted(search, full, crossover, order), _ROUGHLY)]
+        if best is not None:
+            more = order + 2 - best.form.sections.order
+            starts += [(best, _grown(best.form.sections, ratio * crossover, more), 1) for ratio in _NEW_LAGS]
+        tried = []
+        for present, sections, most in starts:
+            try:
+                tried.append(search.nudge(search.settle(present.form, sections, most)))
+            except NumericsError:
+                continue
+        if not tried:
+            continue
+        best = search.polish(min(tried, key=lambda candidate: candidate.cost))
+        yield best
+
+
+def _fitted(search: CurrentSearch, full: Candidate, crossover: float, order: int) -> Sections:
+    """The poles of a loop with a controller of this order that has nearly the K S of the optimum.
+
+    An error of K S matters where it changes S by as much as W1 lets it, or is large beside the peak of |K S|.
+    """
+    low = float(np.sqrt(full.form.sections.quadratics[:, 1]).min())
+    omega = np.geomspace(0.1 * low, 100.0 * crossover, 300)
+    plant = np.abs(search.scaled.plant(omega, search.scaled.mass.nominal_kg))
+    weights = 0.5 * plant * (1.0 + search.scaled.performance_bound(omega)) + search.wish.weight(omega) / (
+        full.peak_step or full.peak_ks
+    )
+    start = Sections.of_poles(np.asarray(-np.geomspace(low, 10.0 * crossover, order + 2), dtype=np.complex128))
+    return fit_poles(full.form.control_sensitivity(omega), weights, omega, start)
+
+
+def _grown(sections: Sections, pole: float, more: int) -> Sections:
+    """The chain with some poles more."""
+    for index in range(more):
+        new = pole * 2.0**index
+        if sections.lag is None:
+            sections = Sections(sections.quadratics, new)
+        else:
+            pair = [[new + sections.lag, new * sections.lag]]
+            sections = Sections(np.vstack([sections.quadratics, pair]))
+    return sections
+
+
+def _recomputed(search: CurrentSearch, candidate: Candidate, full: Candidate) -> LeastCurrent | None:
+    """What the controller's matrices do; None where that is not what its functions promised."""
+    controller = candidate.form.controller()
+    if not stabilises(search.scaled, controller):
+        return None
+    level, current = _level(search, controller), peak_current(search.scaled, controller, search.wish)
+    steps = search.wish.kind == "step_current"
+    promised = candidate.peak_step if steps else candidate.peak_ks
+    if level > max(1.001 * candidate.level, _PROVABLE) or current > 1.003 * promised:
+        return None
+    return LeastCurrent(
+        controller,
+        current,
+        level,
+        meets=level <= _PROVABLE,
+        before_reduction=full.peak_step if steps else full.peak_ks,
+        order_before_reduction=full.form.sections.order - 2,
+        solves=search.solves,
+    )
+
+
+def peak_current(scaled: ControlProblem, controller: StateSpace, wish: CurrentWish) -> float:
+    """The peak of |K S|, or of the current after a unit step, from the controller's matrices."""
+    if wish.kind == "step_current":
+        return peak_step_current(controller, wish.prefilter)
+    omega = frequency_span(with_bandwidth(scaled)).grid(_DENSE, margin=1e4)
+
+    def gain(points: Floats) -> Floats:
+        return np.abs(control_sensitivity(scaled, frequency_response(controller, points)[:, 0, 0], points))
+
+    return refined_peak(gain, omega)[0]
+
+
+def _level(search: CurrentSearch, controller: StateSpace) -> float:
+    if search.uncertainty == "real":
+        return exact_level(search.scaled, controller)
+
+    def mu(points: Floats) -> Floats:
+        response = frequency_response(controller, points)[:, 0, 0]
+        return np.asarray(mu_upper_bound(interconnection(search.scaled, response, points))[0])
+
+    return refined_peak(mu, search.dense)[0]
