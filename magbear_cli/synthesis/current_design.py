@@ -7,7 +7,7 @@ grown from fewer, and moved. What is handed on is recomputed from the controller
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,7 @@ from magbear_cli.model.problem import ControlProblem
 from magbear_cli.model.robust_performance import control_sensitivity, interconnection
 from magbear_cli.synthesis.all_pass_sections import Sections
 from magbear_cli.synthesis.control_set import Uncertainty
+from magbear_cli.synthesis.current_bound import least_peak_bound
 from magbear_cli.synthesis.current_search import Candidate, CurrentSearch
 from magbear_cli.synthesis.current_wish import CurrentWish
 from magbear_cli.synthesis.descent import Responds
@@ -49,6 +50,8 @@ class LeastCurrent:
 
     ``current`` is the peak of |K S|, or that of the current after a unit step; ``before_reduction`` the same for the
     optimum over ``order_before_reduction`` states. ``meets``: whether the specification is met with room for a proof.
+    ``lower_bound``: no controller of any order that meets the specification takes less; not a number where there is
+    none, for a step's current and where the search for one failed.
     """
 
     controller: StateSpace
@@ -58,6 +61,7 @@ class LeastCurrent:
     before_reduction: float
     order_before_reduction: int
     solves: int
+    lower_bound: float = float("nan")
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,7 +115,11 @@ def find_least_current(
     if not found:
         raise NumericsError("no controller of least current was found whose own matrices hold what was promised")
     least = min(candidate.cost for candidate, _ in found)
-    return next(answer for candidate, answer in found if candidate.cost <= least * (1.0 + LOSS))
+    chosen = next(answer for candidate, answer in found if candidate.cost <= least * (1.0 + LOSS))
+    if wish.kind == "step_current":
+        return chosen
+    bound = least_peak_bound(scaled, uncertainty, (0.7 * span.slow, 2.5 * crossover), chosen.current)
+    return replace(chosen, solves=search.solves, lower_bound=bound or float("nan"))
 
 
 def _over_many_poles(search: CurrentSearch, start: Responds, span: FrequencySpan) -> tuple[Candidate, float]:

@@ -72,6 +72,8 @@ def design_mu_convex(problem: ControlProblem, options: MuConvexOptions) -> Desig
         "order_before_reduction": float(least.order_before_reduction),
         "specification_level": least.level,
     }
+    if np.isfinite(least.lower_bound):
+        statistics["current_lower_bound"] = least.lower_bound * scaling.gain_a_per_m
     status, sentence = Status.OK, ""
     if not least.meets:
         status = Status.NOT_ACHIEVED
