@@ -26,10 +26,10 @@ from magbear_cli.synthesis.control_set import Uncertainty
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
-_TURNS = 8  # plants on the rim of the complex perturbation that are looked at
+_TURNS = 12  # plants on the rim of the complex perturbation that are looked at
 _COARSE, _FINE = 60, 500  # frequencies a decade: for the program, and for the integral that is believed
 _HALVINGS = 14  # of the interval for γ
-_PAIRS = (8, 12)  # of poles of L, in turn
+_PAIRS = (10, 8, 13)  # of poles of L, in turn until the program is solved
 _WIDER = 1.0005  # the discs of the program: the coarse sum's errors must not be worth exploiting
 _INSIDE = 1e-9  # relative: a corner of discs that touch is taken as theirs
 _NO_DISC = 1e12  # times the size of everything else: a radius that bounds nothing
@@ -60,7 +60,6 @@ def least_peak_bound(scaled: ControlProblem, uncertainty: Uncertainty, span: tup
     decades = float(np.log10(high / low))
     omega, fine = (np.geomspace(low, high, int(density * decades)) for density in (_COARSE, _FINE))
     coarse_discs, discs = (_discs(scaled, uncertainty, grid) for grid in (omega, fine))
-    best = 0.0
     for pairs in _PAIRS:
         speed = np.geomspace(*span, pairs)
         poles = Sections(np.stack([3.0 * speed, 2.0 * speed**2], axis=1))
@@ -68,8 +67,10 @@ def least_peak_bound(scaled: ControlProblem, uncertainty: Uncertainty, span: tup
             coefficients = _multiplier(coarse_discs, poles, omega, peak)
         except NumericsError:
             continue
-        best = max(best, _bound(discs, poles, coefficients, fine, peak))
-    return best
+        bound = _bound(discs, poles, coefficients, fine, peak)
+        if bound > 0.0:
+            return bound
+    return 0.0
 
 
 def _bound(discs: Discs, poles: Sections, coefficients: Floats, fine: Floats, peak: float) -> float:

@@ -40,7 +40,7 @@ _CONSTRAINED, _DENSE = 100, 1200  # frequencies at first, and those that judge
 _PER_DECADE = (20, 150)  # as many more of each a decade around the crossover
 _FIRST_PAIRS, _PAIRS_PER_DECADE, _MOST_PAIRS = 16, 12.0, 34
 _ROUGHLY = 3  # cone programs where the answer is only a start
-_ORDERS = (2, 3, 4, 5, 6, 8, 12)  # states to try in turn, then in steps of four
+_ORDERS = (2, 3, 4, 6, 8, 12)  # states to try in turn, then in steps of four
 _NEW_LAGS = (0.05, 0.5)  # of the crossover: where a grown controller gets its new poles
 
 

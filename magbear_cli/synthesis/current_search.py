@@ -19,7 +19,7 @@ from magbear_cli.model.robust_performance import control_sensitivity
 from magbear_cli.synthesis.all_pass_sections import Sections
 from magbear_cli.synthesis.control_set import Uncertainty, held_set, specification_level
 from magbear_cli.synthesis.current_program import CurrentUnits, least_current
-from magbear_cli.synthesis.current_wish import AffineCurrent, CurrentWish
+from magbear_cli.synthesis.current_wish import CurrentWish
 from magbear_cli.synthesis.descent import Responds
 from magbear_cli.synthesis.peak import local_maxima
 from magbear_cli.synthesis.section_controller import SectionController
@@ -39,23 +39,35 @@ _NEAR = 0.93  # of the largest current: the instants that are constrained too
 
 
 @dataclass(frozen=True, eq=False)
+class Curves:
+    """The specification's level and |K S| over the dense frequencies; |u| over the instants, none if it is no wish."""
+
+    levels: Floats
+    gains: Floats
+    step: Floats
+
+
+@dataclass(frozen=True, eq=False)
 class Candidate:
     """A controller with its recomputed figures, in the units of the scaled problem.
 
-    ``peak_ks`` and ``peak_step`` (of a unit step; zero where it does not matter) over dense points; ``level`` is the
-    largest of the specification; ``cost`` is what is minimised, a missed specification included.
+    ``level`` is the largest of the specification; ``cost`` is what is minimised, a missed specification included.
     """
 
     form: SectionController
     cost: float
-    peak_ks: float
-    peak_step: float
     level: float
+    curves: Curves
 
     @property
-    def meets(self) -> bool:
-        """Whether the specification is met."""
-        return self.level <= MET
+    def peak_ks(self) -> float:
+        """The largest |K S|."""
+        return float(self.curves.gains.max())
+
+    @property
+    def peak_step(self) -> float:
+        """The largest current after a unit step; zero where it is no wish."""
+        return float(self.curves.step.max(initial=0.0))
 
 
 @dataclass
@@ -69,6 +81,7 @@ class CurrentSearch:
     omega: Floats
     solves: int = 0
     _near: NDArray[np.intp] = field(default_factory=lambda: np.zeros(0, dtype=np.intp))
+    _step_unit: float = 0.0
 
     def settle(self, present: Responds, sections: Sections, most: int = _SETTLING) -> Candidate:
         """The least current over these poles, reached by holding anew until nothing is gained, ``most`` times at most.
@@ -130,13 +143,13 @@ class CurrentSearch:
 
     def judge(self, form: SectionController) -> Candidate:
         """The figures of a controller over the dense frequencies and instants."""
-        level = float(specification_level(self.scaled, form, self.dense, self.uncertainty).max())
-        peak_ks = float(np.abs(form.control_sensitivity(self.dense)).max())
-        peak_step = float(np.abs(self.wish.step(form)).max(initial=0.0))
+        levels = specification_level(self.scaled, form, self.dense, self.uncertainty)
+        gains, step = np.abs(form.control_sensitivity(self.dense)), np.abs(self.wish.step(form))
         price_ks, price_step = self.wish.prices()
-        cost = price_ks * peak_ks + price_step * peak_step
+        cost = price_ks * float(gains.max()) + price_step * float(step.max(initial=0.0))
+        level = float(levels.max())
         missed = max(0.0, level - MET) if np.isfinite(level) else np.inf
-        return Candidate(form, cost * (1.0 + _PENALTY * missed), peak_ks, peak_step, level)
+        return Candidate(form, cost * (1.0 + _PENALTY * missed), level, Curves(levels, gains, step))
 
     def _solved(self, present: Responds, form: SectionController, move: float = 0.0) -> tuple[Candidate, bool]:
         """One cone program over the form's poles about the present controller, judged; whether points were added.
@@ -151,31 +164,25 @@ class CurrentSearch:
             current, step_offset=current.step_offset[instants], step_columns=current.step_columns[instants]
         )
         bounds = np.full(current.columns.shape[1] - form.q.size, move)
-        solution = least_current(chosen, held, self._units(present, current), bounds)
+        ks = float(np.abs(control_sensitivity(self.scaled, present.response(self.omega), self.omega)).max())
+        units = CurrentUnits((ks, self._step_unit or ks), self.wish.prices())
+        solution = least_current(chosen, held, units, bounds)
         sections = form.sections
         if move:
             sections = sections.with_logarithms(sections.logarithms + solution[form.q.size :])
-        answer = SectionController(sections, solution[: form.q.size])
-        return self.judge(answer), self._exchange(answer)
+        answer = self.judge(SectionController(sections, solution[: form.q.size]))
+        return answer, self._exchange(answer)
 
-    def _units(self, present: Responds, current: AffineCurrent) -> CurrentUnits:
-        ks = float(np.abs(control_sensitivity(self.scaled, present.response(self.omega), self.omega)).max())
-        if self.wish.kind == "ks_peak":
-            return CurrentUnits((ks, ks), self.wish.prices())
-        step = self.wish.step(present) if isinstance(present, SectionController) else current.step_offset
-        return CurrentUnits((ks, float(np.abs(step).max())), self.wish.prices())
-
-    def _exchange(self, form: SectionController) -> bool:
+    def _exchange(self, candidate: Candidate) -> bool:
         """Constrain the peaks found between the constrained points; whether there were any."""
-        level = specification_level(self.scaled, form, self.dense, self.uncertainty)
-        peaks = local_maxima(level, AIM + _EXCHANGE)
+        curves = candidate.curves
+        peaks = local_maxima(curves.levels, AIM + _EXCHANGE)
         if self.wish.kind == "ks_peak":
-            largest = np.abs(form.control_sensitivity(self.omega)).max()
-            gain = np.abs(form.control_sensitivity(self.dense))
-            peaks = np.union1d(peaks, local_maxima(gain, largest * (1.0 + _EXCHANGE)))
+            largest = np.abs(candidate.form.control_sensitivity(self.omega)).max()
+            peaks = np.union1d(peaks, local_maxima(curves.gains, largest * (1.0 + _EXCHANGE)))
         fresh = np.setdiff1d(self.dense[peaks], self.omega)
         self.omega = np.union1d(self.omega, fresh)
-        step = np.abs(self.wish.step(form))
-        near = np.flatnonzero(step > _NEAR * step.max(initial=np.inf)) if step.size else self._near
-        self._near = near
+        if curves.step.size:
+            self._near = np.flatnonzero(curves.step > _NEAR * curves.step.max())
+            self._step_unit = float(curves.step.max())
         return fresh.size > 0
