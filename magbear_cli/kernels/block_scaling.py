@@ -131,15 +131,11 @@ class _BlockMotion:
         if rows.size:
             self.left[rows], self.right[rows] = self._after(rows, step)
 
-    def forms(self, u: Complexes, v: Complexes) -> tuple[Complexes, Complexes]:
-        """Uᴴ E_k U and Vᴴ E_k V, (w, k, m, m)."""
-        return _forms(self.left_directions, u), _forms(self.right_directions, v)
-
-    def slopes(self, u: Complexes, v: Complexes) -> Floats:
-        """The difference of their diagonals, (w, k, m)."""
-        of_outputs = np.einsum("wai,kab,wbi->wki", u.conj(), self.left_directions, u, optimize=True)
-        of_inputs = np.einsum("wai,kab,wbi->wki", v.conj(), self.right_directions, v, optimize=True)
-        return np.asarray((of_outputs - of_inputs).real, dtype=float)
+    def forms(self, u: Complexes, v: Complexes) -> tuple[Complexes, Complexes, Floats]:
+        """Uᴴ E_k U and Vᴴ E_k V, (w, k, m, m), and the difference of their diagonals."""
+        qq, pp = _forms(self.left_directions, u), _forms(self.right_directions, v)
+        slopes = np.diagonal(qq, axis1=2, axis2=3).real - np.diagonal(pp, axis1=2, axis2=3).real
+        return qq, pp, np.asarray(slopes, dtype=float)
 
     def squares(self, u: Complexes, weight: Floats) -> Floats:
         """Σ_i weight_i Re (E_k u_i)ᴴ(E_l u_i), (w, k, k)."""

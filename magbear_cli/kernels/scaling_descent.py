@@ -51,11 +51,11 @@ class Motion(Protocol):
     def move(self, rows: Indices, step: Floats) -> None:
         """Take these steps."""
 
-    def forms(self, u: Complexes, v: Complexes) -> tuple[Complexes, Complexes]:
-        """Uᴴ E_k U with the directions of the outputs and Vᴴ E_k V with those of the inputs, (w, k, m, m)."""
+    def forms(self, u: Complexes, v: Complexes) -> tuple[Complexes, Complexes, Floats]:
+        """Uᴴ E_k U with the directions of the outputs and Vᴴ E_k V with those of the inputs, (w, k, m, m).
 
-    def slopes(self, u: Complexes, v: Complexes) -> Floats:
-        """The difference of the diagonals of these forms, (w, k, m)."""
+        Third is the difference of their diagonals, (w, k, m).
+        """
 
     def squares(self, u: Complexes, weight: Floats) -> Floats:
         """Σ_i weight_i u_iᴴ E_k E_l u_i, its part symmetric in k and l, (w, k, k)."""
@@ -87,9 +87,8 @@ class _Smoothed:
         log_lam, power = np.log(lam), p[:, None]
         weight = np.exp(power * log_lam)
         total = weight.sum(axis=1)
-        slope = motion.slopes(u, v)
+        qq, pp, slope = motion.forms(u, v)
         gradient = (slope * weight[:, None, :]).sum(axis=2) / total[:, None]
-        qq, pp = motion.forms(u, v)
         pair = sigma[:, :, None] * sigma[:, None, :]
         first = 2.0 * pair[:, None] * qq - (lam[:, :, None] + lam[:, None, :])[:, None] * pp
         lead = weight / lam  # λᵖ⁻¹

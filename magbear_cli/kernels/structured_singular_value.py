@@ -178,13 +178,10 @@ class _DiagonalMotion:
         """Take a step."""
         self.log_d[rows] = self._after(rows, step)
 
-    def forms(self, u: Complexes, v: Complexes) -> tuple[Complexes, Complexes]:
-        """The matrices Uᴴ E_k U and Vᴴ E_k V of each direction, (w, n, n, n)."""
-        return u.conj()[:, :, :, None] * u[:, :, None, :], v.conj()[:, :, :, None] * v[:, :, None, :]
-
-    def slopes(self, u: Complexes, v: Complexes) -> Floats:
-        """Their diagonals' differences: d log σ_i/d x_k, (w, k, i)."""
-        return np.asarray(np.abs(u) ** 2 - np.abs(v) ** 2)
+    def forms(self, u: Complexes, v: Complexes) -> tuple[Complexes, Complexes, Floats]:
+        """The matrices Uᴴ E_k U and Vᴴ E_k V of each direction, (w, n, n, n), and their diagonals' difference."""
+        qq, pp = u.conj()[:, :, :, None] * u[:, :, None, :], v.conj()[:, :, :, None] * v[:, :, None, :]
+        return qq, pp, np.asarray(np.abs(u) ** 2 - np.abs(v) ** 2)
 
     def squares(self, u: Complexes, weight: Floats) -> Floats:
         """Σ_i weight_i u_iᴴ E_k E_l u_i, (w, k, l)."""

@@ -6,11 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magbear_cli.errors import NumericsError
+from magbear_cli.kernels.block_structure import BlockStructure
 from magbear_cli.lti.balancing import with_balanced_states
 from magbear_cli.lti.state_space import StateSpace
 from magbear_cli.model.generalized_plant import GeneralizedPlant
 from magbear_cli.model.problem import ControlProblem
-from magbear_cli.synthesis.gamma_search import search_gamma, with_unit_penalty
+from magbear_cli.synthesis.gamma_search import Ports, search_gamma, with_unit_penalty
 
 Floats = NDArray[np.float64]
 
@@ -25,14 +26,16 @@ def thesis_scales(problem: ControlProblem, plant: GeneralizedPlant) -> Floats:
     return np.array([unit if name == "force" else 1.0 for name in plant.outputs[: -plant.measurements]])
 
 
-def with_channel_scales(plant: StateSpace, scales: Floats) -> StateSpace:
-    """D P D⁻¹ on the error outputs and disturbance inputs; measurement and control as they are."""
-    d = np.append(scales, 1.0)
-    return StateSpace(plant.a, plant.b / d, d[:, None] * plant.c, d[:, None] * plant.d / d)
+def with_channel_scales(plant: StateSpace, structure: BlockStructure, scales: Floats) -> StateSpace:
+    """D P D⁻¹ on the error outputs and disturbance inputs, one scale a block; measurements and controls as they are."""
+    left, right = np.ones(plant.outputs), np.ones(plant.inputs)
+    for scale, row, column in zip(scales, structure.rows, structure.columns, strict=True):
+        left[row], right[column] = scale, scale
+    return StateSpace(plant.a, plant.b / right, left[:, None] * plant.c, left[:, None] * plant.d / right)
 
 
-def constant_scales(plant: StateSpace) -> Floats:
-    """The scales (n,), powers of three with the last one 1, with the least H-infinity norm within reach.
+def constant_scales(plant: StateSpace, structure: BlockStructure, ports: Ports) -> Floats:
+    """The scales of the blocks (n,), powers of three with the last one 1, of the least H-infinity norm within reach.
 
     Each move goes to the best neighbour in one scale, until none is better.
 
@@ -45,12 +48,13 @@ def constant_scales(plant: StateSpace) -> Floats:
 
     def norm(powers: tuple[int, ...]) -> float:
         if powers not in found:
-            scaled = with_channel_scales(plant, _FACTOR ** np.append(np.array(powers, dtype=float), 0.0))
-            search = search_gamma(with_balanced_states(with_unit_penalty(scaled)[0]), _TOLERANCE)
+            scaled = with_channel_scales(plant, structure, _scales(powers))
+            per_control = with_unit_penalty(scaled, ports)[0]
+            search = search_gamma(with_balanced_states(per_control), _TOLERANCE, ports=ports)
             found[powers] = np.inf if search.best is None else search.best.norm
         return found[powers]
 
-    present = (0,) * (plant.inputs - 2)
+    present = (0,) * (len(structure.blocks) - 1)
     for _ in range(_MOST_MOVES):
         steps = [
             tuple(power + move * (place == channel) for place, power in enumerate(present))
@@ -63,4 +67,8 @@ def constant_scales(plant: StateSpace) -> Floats:
         present = best
     if not np.isfinite(norm(present)):
         raise NumericsError("no constant D-scales were found for which a stabilising controller exists")
-    return _FACTOR ** np.append(np.array(present, dtype=float), 0.0)
+    return _scales(present)
+
+
+def _scales(powers: tuple[int, ...]) -> Floats:
+    return np.asarray(_FACTOR ** np.append(np.array(powers, dtype=float), 0.0))

@@ -9,16 +9,21 @@ from functools import reduce
 import numpy as np
 from numpy.typing import NDArray
 
-from magbear_cli.kernels.structured_singular_value import mu_upper_bound
+from magbear_cli.kernels.block_scaling import block_upper_bound
+from magbear_cli.kernels.block_structure import BlockStructure
 from magbear_cli.lti.balancing import with_balanced_states
-from magbear_cli.lti.connection import append, inverse, series
+from magbear_cli.lti.connection import append, series
 from magbear_cli.lti.frequency import frequency_response
 from magbear_cli.lti.state_space import StateSpace
+from magbear_cli.synthesis.block_scale import UNIT, BlockScale, NumberScale
+from magbear_cli.synthesis.gamma_search import Ports
+from magbear_cli.synthesis.matrix_scale_fit import fit_matrix_scale
 from magbear_cli.synthesis.peak import refined_peak
-from magbear_cli.synthesis.scale_fit import ScaleFit, fit_scale
+from magbear_cli.synthesis.scale_fit import fit_scale
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
+Pair = tuple[Complexes, Complexes]  # D on the outputs and D⁻¹ on the inputs of a block, over frequency
 
 # An error of log D where mu is far below its peak costs nothing today, but the next controller may be stopped by it:
 # weights are the sensitivity of the bound times mu/peak to each of these powers, and every fit is worth a try.
@@ -28,17 +33,16 @@ _NUDGE = 0.3  # of log d, in the central difference for the sensitivity
 
 @dataclass(frozen=True, eq=False)
 class RationalScales:
-    """One rational D-scale a channel, and the largest σ(D M D⁻¹) they give on the grid."""
+    """One rational D-scale a block, and the largest σ(D M D⁻¹) they give on the grid."""
 
-    fits: tuple[ScaleFit, ...]
+    structure: BlockStructure
+    blocks: tuple[BlockScale, ...]
     level: float
 
-    def around(self, plant: StateSpace) -> StateSpace:
-        """D P D⁻¹: the plant for the next controller; its last input and output are control and measurement."""
-        unit = StateSpace.gain([[1.0]])
-        systems = [fit.system() for fit in self.fits]
-        left = reduce(append, [*systems, unit])
-        right = reduce(append, [*(inverse(system) for system in systems), unit])
+    def around(self, plant: StateSpace, ports: Ports) -> StateSpace:
+        """D P D⁻¹: the plant for the next controller; its last inputs and outputs are controls and measurements."""
+        left = reduce(append, [*(block.left() for block in self.blocks), _wires(ports.measurements)])
+        right = reduce(append, [*(block.right_inverse() for block in self.blocks), _wires(ports.controls)])
         return with_balanced_states(series(series(right, plant), left))
 
     def norm(self, loop: StateSpace, omega_rad_s: Floats) -> float:
@@ -49,70 +53,109 @@ class RationalScales:
         if loop.poles().real.max() >= 0.0:
             return float("inf")
         inner = omega_rad_s[np.isfinite(omega_rad_s)]
-        return _level(self.fits, frequency_response(loop, inner), inner)
+        pairs = [block.response(inner) for block in self.blocks]
+        return float(_bound(frequency_response(loop, inner), self.structure, pairs).max())
 
 
-def peak_mu(loop: StateSpace, omega_rad_s: Floats) -> tuple[float, float]:
-    """The peak of the upper bound of mu of a closed loop with scalar blocks, refined between the points, and where.
+def peak_mu(loop: StateSpace, structure: BlockStructure, omega_rad_s: Floats) -> tuple[float, float]:
+    """The peak of the upper bound of mu of a closed loop, refined between the points, and where.
 
     It says nothing about the loop's stability.
     """
-    return refined_peak(lambda omega: mu_upper_bound(frequency_response(loop, omega))[0], omega_rad_s)
+
+    def level(omega: Floats) -> Floats:
+        return block_upper_bound(frequency_response(loop, omega), structure).upper
+
+    return refined_peak(level, omega_rad_s)
 
 
-def fit_scales(loop: StateSpace, omega_rad_s: Floats, order: int, *, every_scale: bool) -> list[RationalScales]:
+def fit_scales(
+    loop: StateSpace, structure: BlockStructure, omega_rad_s: Floats, order: int, *, every_scale: bool
+) -> list[RationalScales]:
     """Rational D-scales for a closed loop, one set for each weighting, the best on the grid first.
 
     Parameters
     ----------
     omega_rad_s : (w,) positive ascending grid
-    order : states of each scale
-    every_scale : fit all scales, in the normalisation of product one; otherwise the last scale is one
+    order : states of each scale; of each channel where a repeated block has a matrix
+    every_scale : fit all scales, in the normalisation of product one; otherwise the last full block's scale is one
     """
-    matrices = frequency_response(loop, omega_rad_s)
-    mu, d = mu_upper_bound(matrices)
-    sensitivity = np.sqrt(_sensitivity(matrices, d))
-    log_d = np.log(d) if every_scale else np.log(d / d[:, -1:])
-    fitted = range(d.shape[1] if every_scale else d.shape[1] - 1)
+    grid = _Grid.of(frequency_response(loop, omega_rad_s), structure, omega_rad_s, every_scale=every_scale)
+    sensitivity = np.sqrt(grid.sensitivity())
     sets = []
     for power in _FLATTENINGS:
-        weights = sensitivity * ((mu / mu.max()) ** power)[:, None]
-        fits = [ScaleFit(0.0, np.empty(0), np.empty(0))] * d.shape[1]
-        for channel in fitted:
-            candidates = fit_scale(omega_rad_s, log_d[:, channel], weights[:, channel], order)
-            fits[channel] = _best(candidates, matrices, log_d, channel, omega_rad_s)
-        sets.append(RationalScales(tuple(fits), _level(fits, matrices, omega_rad_s)))
+        weights = sensitivity * ((grid.mu / grid.mu.max()) ** power)[:, None]
+        blocks = tuple(grid.fitted(place, weights[:, place], order) for place in range(len(structure.blocks)))
+        level = float(_bound(grid.matrices, structure, [block.response(omega_rad_s) for block in blocks]).max())
+        sets.append(RationalScales(structure, blocks, level))
     return sorted(sets, key=lambda scales: scales.level)
 
 
-def _best(candidates: Sequence[ScaleFit], matrices: Complexes, log_d: Floats, channel: int, omega: Floats) -> ScaleFit:
-    """The fit with which, all other scales exact, the bound rises least at its peak."""
+@dataclass(frozen=True, eq=False)
+class _Grid:
+    """The matrices of a loop on a grid, and the D-scales that are best at every point."""
 
-    def level(fit: ScaleFit) -> float:
-        trial = log_d.copy()
-        trial[:, channel] = fit.log_magnitude(omega)
-        return float(_bound(matrices, trial).max())
+    omega_rad_s: Floats
+    matrices: Complexes
+    structure: BlockStructure
+    mu: Floats
+    exact: list[Pair]
+    reference: int | None  # the block whose scale is one
 
-    return min(candidates, key=level)
+    @classmethod
+    def of(cls, matrices: Complexes, structure: BlockStructure, omega: Floats, *, every_scale: bool) -> _Grid:
+        bound = block_upper_bound(matrices, structure)
+        numbers = [place for place, block in enumerate(structure.blocks) if not structure.is_matrix(block)]
+        reference = numbers[-1] if numbers and not every_scale else None
+        unit = 1.0 if reference is None else _first_entry(bound.left, structure.rows[reference])
+        exact = []
+        for row, column in zip(structure.rows, structure.columns, strict=True):
+            right = bound.right[:, column, column] / unit
+            exact.append((bound.left[:, row, row] / unit, np.asarray(np.linalg.inv(right))))
+        return cls(omega, matrices, structure, bound.upper, exact, reference)
+
+    def sensitivity(self) -> Floats:
+        """The curvature of log σ(D M D⁻¹) in each block's log d at the least value, (w, n): its slope there is zero."""
+        least = _bound(self.matrices, self.structure, self.exact)
+        curvature = np.zeros((least.size, len(self.exact)))
+        for place, (left, right) in enumerate(self.exact):
+            up, down = (self._bound_with(place, (left * np.exp(x), right * np.exp(-x))) for x in (_NUDGE, -_NUDGE))
+            curvature[:, place] = np.maximum((up + down) / least - 2.0, 1e-12) / _NUDGE**2
+        return curvature
+
+    def fitted(self, place: int, weights: Floats, order: int) -> BlockScale:
+        """The fit of a block's scale with which, all others exact, the bound rises least at its peak."""
+        block = self.structure.blocks[place]
+        if place == self.reference:
+            return NumberScale(UNIT, block.outputs, block.inputs)
+        left = self.exact[place][0]
+        candidates: Sequence[BlockScale]
+        if self.structure.is_matrix(block):
+            spectra = left.conj().swapaxes(1, 2) @ left
+            candidates = fit_matrix_scale(self.omega_rad_s, spectra, weights, order)
+        else:
+            fits = fit_scale(self.omega_rad_s, np.log(left[:, 0, 0].real), weights, order)
+            candidates = [NumberScale(fit, block.outputs, block.inputs) for fit in fits]
+        return min(candidates, key=lambda one: float(self._bound_with(place, one.response(self.omega_rad_s)).max()))
+
+    def _bound_with(self, place: int, pair: Pair) -> Floats:
+        pairs = [pair if other == place else exact for other, exact in enumerate(self.exact)]
+        return _bound(self.matrices, self.structure, pairs)
 
 
-def _level(fits: Sequence[ScaleFit], matrices: Complexes, omega: Floats) -> float:
-    return float(_bound(matrices, np.stack([fit.log_magnitude(omega) for fit in fits], axis=1)).max())
+def _first_entry(scaling: Complexes, row: slice) -> Floats:
+    """The number that scales a block, (w, 1, 1)."""
+    return np.asarray(scaling[:, row.start, row.start].real[:, None, None])
 
 
-def _bound(matrices: Complexes, log_d: Floats) -> Floats:
+def _bound(matrices: Complexes, structure: BlockStructure, pairs: Sequence[Pair]) -> Floats:
     """σ(D M D⁻¹) at each frequency, (w,)."""
-    scaled = np.exp(log_d[:, :, None] - log_d[:, None, :]) * matrices
-    return np.asarray(np.linalg.norm(scaled, 2, axis=(1, 2)))
+    left = np.zeros((matrices.shape[0], structure.outputs, structure.outputs), dtype=complex)
+    right = np.zeros((matrices.shape[0], structure.inputs, structure.inputs), dtype=complex)
+    for row, column, (of_outputs, of_inputs) in zip(structure.rows, structure.columns, pairs, strict=True):
+        left[:, row, row], right[:, column, column] = of_outputs, of_inputs
+    return np.asarray(np.linalg.norm(left @ matrices @ right, 2, axis=(1, 2)))
 
 
-def _sensitivity(matrices: Complexes, d: Floats) -> Floats:
-    """The curvature of log σ(D M D⁻¹) in each log d at the least value, (w, n): its slope there is zero."""
-    log_d = np.log(d)
-    least = _bound(matrices, log_d)
-    curvature = np.zeros(d.shape)
-    for channel in range(d.shape[1]):
-        nudge = _NUDGE * (np.arange(d.shape[1]) == channel)
-        both = _bound(matrices, log_d + nudge) + _bound(matrices, log_d - nudge)
-        curvature[:, channel] = np.maximum(both / least - 2.0, 1e-12) / _NUDGE**2
-    return curvature
+def _wires(count: int) -> StateSpace:
+    return StateSpace.gain(np.eye(count))

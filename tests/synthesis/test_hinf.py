@@ -6,6 +6,7 @@ import warnings
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from magbear_cli.errors import NumericsError, Status
 from magbear_cli.kernels.hinf import hinf_controller
@@ -183,7 +184,7 @@ def test_a_controller_lost_in_conversion_is_unverified(monkeypatch: pytest.Monke
     """When the controller in SI units does not have the norm it was found with, the status says so."""
     convert = gamma_search.controller_in_si
 
-    def spoil(controller: StateSpace, unit_rad_s: float, unit_a: float) -> StateSpace:
+    def spoil(controller: StateSpace, unit_rad_s: float, unit_a: NDArray[np.float64]) -> StateSpace:
         right = convert(controller, unit_rad_s, unit_a)
         return StateSpace(right.a, right.b, 2.0 * right.c, 2.0 * right.d)
 

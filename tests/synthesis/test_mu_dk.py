@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from magbear_cli.errors import NumericsError, Status
+from magbear_cli.kernels.block_structure import BlockStructure
 from magbear_cli.kernels.structured_singular_value import mu_bounds
 from magbear_cli.lti.connection import lower_lft
 from magbear_cli.lti.frequency import frequency_response
@@ -15,6 +16,7 @@ from magbear_cli.lti.state_space import StateSpace
 from magbear_cli.model.generalized_plant import build_generalized_plant
 from magbear_cli.model.problem import ControlProblem
 from magbear_cli.model.robust_performance import interconnection
+from magbear_cli.synthesis.gamma_search import Ports
 from magbear_cli.synthesis.hinf import design_hinf
 from magbear_cli.synthesis.mu_dk import MuDkOptions, design_mu_dk
 from magbear_cli.synthesis.scaling_step import fit_scales, peak_mu
@@ -65,15 +67,15 @@ def test_the_bound_with_fitted_scales_lies_above_mu(thrust_problem: Maker) -> No
     controller = design_mu_dk(problem, MuDkOptions(iterations=1)).controller
     assert controller is not None
     plant = build_generalized_plant(problem)
-    loop = plant.closed_by(controller)
+    loop, structure = plant.closed_by(controller), BlockStructure.scalar(3)
     omega = np.geomspace(10.0, 2e5, 80)
-    scales = fit_scales(loop, omega, 2, every_scale=False)
+    scales = fit_scales(loop, structure, omega, 2, every_scale=False)
     assert [each.level for each in scales] == sorted(each.level for each in scales)
-    peak = peak_mu(loop, omega)[0]
+    peak = peak_mu(loop, structure, omega)[0]
     assert 0.999 * peak <= scales[0].level <= 1.02 * peak
-    d = np.exp(np.stack([fit.log_magnitude(omega) for fit in scales[0].fits], axis=1))
+    d = np.stack([block.response(omega)[0][:, 0, 0] for block in scales[0].blocks], axis=1)
     expected = np.linalg.norm(d[:, :, None] * frequency_response(loop, omega) / d[:, None, :], 2, axis=(1, 2))
-    scaled = frequency_response(lower_lft(scales[0].around(plant.system), controller), omega)
+    scaled = frequency_response(lower_lft(scales[0].around(plant.system, Ports()), controller), omega)
     assert np.linalg.norm(scaled, 2, axis=(1, 2)) == pytest.approx(expected, rel=1e-3)
 
 
