@@ -121,19 +121,17 @@ def test_the_front_page_explains_every_key() -> None:
 
 def test_the_front_page_names_every_json_key() -> None:
     """Each key that a document of a case, of a step or of a limit may hold is in the README."""
-    from magbear_cli.cli.limits import _curve
     from magbear_cli.errors import Status
-    from magbear_cli.model.problem import ControlProblem, MassRange, RationalWeight
-    from magbear_cli.study.limits import LimitBracket
+    from magbear_cli.study.limit_curves import curve_document
     from magbear_cli.study.outcome import CaseOutcome, StepOutcome
     from magbear_cli.study.summary import case_document, step_document
 
     step = StepOutcome(3.0, 1e-5, "linear", "hinf", {}, "finished", "", *[None] * 5, *[None] * 6)  # type: ignore[arg-type]
     inputs = {"controller": {"method": "hinf"}, "mass_kg": 3.0}
-    problem = ControlProblem(1.0, 1.0, MassRange(3.0, 3.0), RationalWeight((1.0,), (1.0, 1.0)), None)
-    documents = case_document(CaseOutcome("0", 0, inputs, Status.FAILED)), step_document(step)
+    case = CaseOutcome("0", 0, inputs, Status.FAILED)
+    documents = case_document(case), step_document(step), curve_document(case, {})
     page = (ROOT / "README.md").read_text("utf-8")
-    for key in {key for document in (*documents, _curve(inputs, LimitBracket(problem, 1.0, ""))) for key in document}:
+    for key in {key for document in documents for key in document}:
         assert f"`{key}`" in page, key
 
 

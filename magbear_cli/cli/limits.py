@@ -7,12 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from magbear_cli.cli.options import RESULTS, STUDY, as_json, overrides
+from magbear_cli.cli.options import RESULTS, STUDY, running
+from magbear_cli.errors import ExitCode, InputError
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from magbear_cli.cli.session import Request
+    from magbear_cli.spec import Study
+    from magbear_cli.study.outcome import StudyResults
 
-    from magbear_cli.study.limits import LimitBracket
+DEFAULT_TOLERANCE = 0.01
 
 
 @click.command()
@@ -21,97 +24,110 @@ if TYPE_CHECKING:
     "--mass", "masses", multiple=True, metavar="LOW:HIGH", help="A range of masses in kg, or one. Repeatable."
 )
 @click.option(
-    "--tol", default=0.01, show_default=True, type=click.FloatRange(1e-3, 0.5), help="Width of the bracket to reach."
+    "--over",
+    multiple=True,
+    metavar="KEY[=GRID]",
+    help="Another key to draw the limit over: LOW:HIGH:N, a,b,c, or the study's own sweep of it. Repeatable.",
 )
-@click.option("-o", "--output", type=RESULTS, metavar="FILE", help="Keep controllers and certificates in a JSON file.")
-@overrides
-@as_json
+@click.option(
+    "--tol", type=click.FloatRange(1e-3, 0.5), help=f"Relative width of the brackets.  [default: {DEFAULT_TOLERANCE}]"
+)
+@click.option("--check", type=RESULTS, metavar="BASELINE", help="Compare with stored curves; exit 1 if one moved.")
+@running
 def limits(
     study: Path | None,
     masses: tuple[str, ...],
-    tol: float,
-    output: Path | None,
+    over: tuple[str, ...],
+    tol: float | None,
+    check: Path | None,
     overrides: tuple[str, ...],
-    *,
-    as_json: bool,
-) -> None:
+    **request: Any,  # noqa: ANN401 - click hands them over by name
+) -> int:
     """Bracket the smallest ω_c that linear control can meet.
 
     One bracket for each mass range. Above it a controller is proven to meet the specification for every mass and every
     frequency; below it a checked certificate proves that no linear controller does. Without STUDY, for the thesis's
-    thrust bearing. The study's own bandwidth limit and controller do not matter here.
+    thrust bearing. The study's own bandwidth limits, controllers and simulations do not matter here.
+
+    A BASELINE is what --json printed before. A curve has moved when one of its sides differs by more than --tol.
 
     \b
     Example:  magbear limits --mass 3.0:3.5 --mass 3.0:4.5
+              magbear limits --mass 3.0:4.5 --over performance.corner_rad_s=50:400:4
     """
-    import json
+    from magbear_cli.cli.session import Request, run_session
+    from magbear_cli.spec import compile_limits, parse_mass, read_study, read_study_text
 
-    from magbear_cli.cli.output import put, put_json, tell
-    from magbear_cli.spec import compile_sweep, parse_mass, read_study, read_study_text
-    from magbear_cli.study.building import build_problem
-    from magbear_cli.study.limits import LimitOptions, bracket_limit
-
+    baseline = None if check is None else _baseline(check)
     base = None if study is None else read_study(study)
-    text = compile_sweep(
-        [],
+    text = compile_limits(
         [parse_mass(mass) for mass in masses],
-        [],
+        over,
+        tol,
         None if base is None else base.text,
         None if base is None else base.folder,
     )
-    curves, kept, seen = [], [], set()
-    for inputs in read_study_text(text, "limits", overrides).cases():
-        problem = build_problem(inputs)
-        asked = (
-            problem.mass,
-            problem.performance,
-            problem.negative_stiffness_n_per_m,
-            problem.current_stiffness_n_per_a,
-        )
-        if asked in seen:
-            continue
-        seen.add(asked)
-        bracket = bracket_limit(problem, LimitOptions(tolerance=tol))
-        curves.append(_curve(inputs, bracket))
-        kept.append(curves[-1] | _proofs(bracket))
-        if not as_json:
-            put(_line(curves[-1]))
-    if output is not None:
-        from magbear_cli.store.durable import write_durably
+    compiled = read_study_text(text, "the limits", overrides)
 
-        write_durably(output, (json.dumps({"curves": kept}, indent=2, allow_nan=False) + "\n").encode())
-        tell(f"controllers and certificates: {output}")
+    def present(results: StudyResults, results_path: Path, report: Path, request: Request) -> ExitCode:
+        curves = _curves(compiled, results)
+        _show(curves, results_path, report, as_json=request.as_json)
+        return ExitCode.DONE if check is None else _compared(curves, baseline, check, tol or DEFAULT_TOLERANCE)
+
+    return run_session(compiled, Request(**request), present)
+
+
+def _baseline(path: Path) -> object:
+    """The document of a baseline, read before anything is computed."""
+    import json
+
+    from magbear_cli.study.limit_curves import moved_curves
+
+    try:
+        document = json.loads(path.read_text("utf-8"))
+        moved_curves([], document, 0.0)
+    except OSError as error:
+        raise InputError(f"--check {path}: it cannot be read: {error.strerror}") from error
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"--check {path}: this is not JSON: {error}") from error
+    except InputError as error:
+        raise InputError(f"--check {path}: {error}") from error
+    return document
+
+
+def _curves(study: Study, results: StudyResults) -> list[dict[str, Any]]:
+    """The brackets in the order of the study, each with what is swept beside the mass."""
+    from itertools import product
+
+    from magbear_cli.study.limit_curves import curve_document
+
+    keys = list(study.sweep)
+    rows = [dict(zip(keys, values, strict=True)) for values in product(*study.sweep.values())]
+    return [
+        curve_document(outcome, {key: value for key, value in rows[outcome.index].items() if key != "mass_kg"})
+        for outcome in results.outcomes
+    ]
+
+
+def _show(curves: list[dict[str, Any]], results_path: Path, report: Path, *, as_json: bool) -> None:
+    from magbear_cli.cli.output import put, put_json
+    from magbear_cli.study.limit_curves import curve_line
+
     if as_json:
-        put_json({"curves": curves})
+        put_json({"curves": curves, "results": str(results_path), "report": str(report)})
+        return
+    for curve in curves:
+        put(curve_line(curve))
+    put(f"results: {results_path}")
+    put(f"report:  {report}")
 
 
-def _curve(inputs: Mapping[str, Any], bracket: LimitBracket) -> dict[str, Any]:
-    return {
-        "mass_kg": inputs["mass_kg"],
-        "omega_c_feasible": bracket.omega_c_feasible_rad_s,
-        "omega_c_infeasible": bracket.omega_c_infeasible_rad_s,
-        "controller_order": None if bracket.controller is None else bracket.controller.order,
-        "verified": bracket.proof is not None and bracket.proof.proved,
-        "sentence": bracket.sentence,
-    }
+def _compared(curves: list[dict[str, Any]], baseline: object, path: Path, tolerance: float) -> ExitCode:
+    from magbear_cli.cli.output import tell
+    from magbear_cli.study.limit_curves import moved_curves
 
-
-def _proofs(bracket: LimitBracket) -> dict[str, Any]:
-    """What a reader needs to check both sides again: the matrices of the controller, the numbers of the certificate."""
-    found = bracket.controller
-    controller = None if found is None else {name: getattr(found, name).tolist() for name in "abcd"}
-    return {
-        "controller": controller,
-        "certificate": None if bracket.certificate is None else bracket.certificate.numbers(),
-        "achievable": "" if bracket.proof is None else bracket.proof.sentence,
-        "impossible": "" if bracket.check is None else bracket.check.sentence,
-    }
-
-
-def _line(curve: Mapping[str, Any]) -> str:
-    mass = curve["mass_kg"]
-    told = "-".join(f"{bound:g}" for bound in mass) if isinstance(mass, list) else f"{mass:g}"
-    low, high = curve["omega_c_infeasible"], curve["omega_c_feasible"]
-    impossible = "no proof of impossibility" if low is None else f"impossible at {low:.1f} rad/s"
-    order = f"met at {high:.1f} rad/s by a controller of order {curve['controller_order']}" if high else "not met"
-    return f"{told} kg: {impossible}, {order} ({curve['sentence']})"
+    moved = moved_curves(curves, baseline, tolerance)
+    for text in moved:
+        tell(text)
+    tell(f"{path}: {len(moved) or 'no'} difference{'' if len(moved) == 1 else 's'} beyond {100.0 * tolerance:g} %")
+    return ExitCode.DIFFERENCE if moved else ExitCode.DONE

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from magbear_cli.study.outcome import StudyResults
     from magbear_cli.study.plan import Case
     from magbear_cli.study.runner import RunnerOptions
+
+
+Present = Callable[["StudyResults", Path, Path, "Request"], ExitCode]  # results, their path, the page's path
 
 
 @dataclass(frozen=True)
@@ -36,8 +39,8 @@ class Request:
     debug: bool = False
 
 
-def run_session(study: Study, request: Request) -> int:
-    """Plan, compute what is missing, store, report, print; the answer is the exit code."""
+def run_session(study: Study, request: Request, present: Present | None = None) -> int:
+    """Plan, compute what is missing, store, report, print (as ``present`` does it); the answer is the exit code."""
     from magbear_cli.cli.planning import planned_cases
     from magbear_cli.store.run_directory import RunDirectory
 
@@ -47,7 +50,7 @@ def run_session(study: Study, request: Request) -> int:
     output = usable_directory(Path("out") / study.name if request.output is None else request.output)
     with RunDirectory(output, study.text) as directory:
         try:
-            return _work(study, (cases, asked), options, directory, request)
+            return _work(study, (cases, asked), options, directory, (request, present or _present))
         except BaseException as end:
             if not isinstance(end, Exception):
                 tell(f"what was finished is stored in {output}; run the same command again to go on")
@@ -59,12 +62,12 @@ def _work(
     planned: tuple[tuple[Case, ...], tuple[Case, ...]],
     options: RunnerOptions,
     directory: RunDirectory,
-    request: Request,
+    wishes: tuple[Request, Present],
 ) -> ExitCode:
     """What happens in the locked directory, to the table on the terminal."""
     from magbear_cli.store.results import read_results, write_results
 
-    cases, asked = planned
+    (cases, asked), (request, present) = planned, wishes
     missing = asked if request.fresh else directory.missing(asked)
     for note in directory.notes:
         tell(f"note: {note}")
@@ -79,9 +82,9 @@ def _work(
         return interrupted
     results = read_results(directory.results_path)  # what is shown is what the file says
     report = _report(results, directory.report_path.parent, request)
-    _present(results, directory.results_path, report, request)
+    shown = present(results, directory.results_path, report, request)
     answered = {outcome.case_id for outcome in results.outcomes if outcome.status.is_answer}
-    return ExitCode.DONE if all(case.id in answered for case in asked) else ExitCode.SOME_FAILED
+    return shown if all(case.id in answered for case in asked) else ExitCode.SOME_FAILED
 
 
 def _limits(study: Study, request: Request) -> RunnerOptions:
@@ -160,14 +163,16 @@ def _report(results: StudyResults, folder: Path, request: Request) -> Path:
         return write_report(results, folder, progress=activity)
 
 
-def _present(results: StudyResults, results_path: Path, report: Path, request: Request) -> None:
+def _present(results: StudyResults, results_path: Path, report: Path, request: Request) -> ExitCode:
+    """Every case, in a table or as a document."""
     if request.as_json:
         from magbear_cli.study.summary import study_document
 
         put_json(study_document(results, results_path, report))
-        return
+        return ExitCode.DONE
     from magbear_cli.cli.tables import study_tables
 
     put(study_tables(results))
     put(f"results: {results_path}")
     put(f"report:  {report}")
+    return ExitCode.DONE

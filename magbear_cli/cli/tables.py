@@ -64,7 +64,7 @@ def _case_table(outcomes: Sequence[CaseOutcome]) -> Table:
             Text(controller_name(outcome.inputs["controller"])),
             *([_uncertain(outcome)] if magnets else []),
             _mass(outcome.mass_kg),
-            _figure(outcome.omega_c_rad_s, ".6g"),
+            _limit(outcome),
             _figure(summary.worst_case, ".4f"),
             _figure(summary.peak_mu, ".4f"),
             DASH if summary.order is None else str(summary.order),
@@ -100,6 +100,14 @@ def _end(step: StepOutcome) -> str:
     if step.touched_down:
         return f"touched down at {step.time_s[-1] * 1e3:.3g} ms"
     return step.end.replace("_", " ")
+
+
+def _limit(outcome: CaseOutcome) -> str:
+    """The bandwidth limit that was given, or the bracket of the one that was sought."""
+    low, high = outcome.summary.omega_c_infeasible_rad_s, outcome.summary.omega_c_feasible_rad_s
+    if low is None and high is None:
+        return _figure(outcome.omega_c_rad_s, ".6g")
+    return f"{_figure(low, '.5g')}-{_figure(high, '.5g')}"
 
 
 def _uncertain(outcome: CaseOutcome) -> str:

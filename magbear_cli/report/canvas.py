@@ -150,7 +150,7 @@ def frequency_axis(axes: Axes, view: tuple[float, float], *, label: bool = True,
     else:
         axes.tick_params(labelbottom=False)
     if hertz:
-        top = axes.secondary_xaxis("top", functions=(_hertz, _rad_s))
+        top = axes.secondary_xaxis("top", functions=(hertz_of, rad_s_of))
         _decade_ticks(top, decades, minors=False)
         top.set_xlabel("frequency (Hz)", color=SOFT, labelpad=3.0)
         top.tick_params(labelcolor=SOFT)
@@ -164,11 +164,13 @@ def power_of_ten(value: float, _: int | None = None) -> str:
     return f"{sign}10{str(round(float(np.log10(abs(value))))).translate(SUPERSCRIPTS)}"
 
 
-def _hertz(omega_rad_s: ArrayLike) -> ArrayLike:
+def hertz_of(omega_rad_s: ArrayLike) -> ArrayLike:
+    """A frequency in Hz."""
     return np.asarray(omega_rad_s, dtype=float) / (2.0 * np.pi)
 
 
-def _rad_s(frequency_hz: ArrayLike) -> ArrayLike:
+def rad_s_of(frequency_hz: ArrayLike) -> ArrayLike:
+    """A frequency in rad/s."""
     return np.asarray(frequency_hz, dtype=float) * (2.0 * np.pi)
 
 

@@ -6,7 +6,9 @@ from collections.abc import Callable, Iterator
 
 from magbear_cli.report.controller_gain_figure import controller_gain_drawings
 from magbear_cli.report.drawing import Drawing
+from magbear_cli.report.least_current_figure import least_current_drawing
 from magbear_cli.report.limitation_figure import limitation_drawing
+from magbear_cli.report.limits_figure import limits_drawing
 from magbear_cli.report.mu_figure import mu_drawing
 from magbear_cli.report.poles_figure import poles_drawing
 from magbear_cli.report.sensitivity_figure import sensitivity_drawing
@@ -46,6 +48,12 @@ def wanted_figures(results: StudyResults) -> list[str]:
 def study_drawings(results: StudyResults, labels: Labels) -> Iterator[Drawing]:
     """The figures about several cases: limitation curves, the trade-off of order, controller gains."""
     wanted = wanted_figures(results)
+    limits = limits_drawing(results.outcomes)  # of whoever sought one
+    if limits is not None:
+        yield limits
+    current = least_current_drawing(results.outcomes, labels)
+    if current is not None:
+        yield current
     sweep = find_sweep(results.outcomes, labels) if "limitation" in wanted else None
     if sweep is not None:
         yield limitation_drawing(sweep)

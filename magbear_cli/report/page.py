@@ -94,13 +94,14 @@ def _shared(plates: Plates) -> tuple[list[Plate], list[Plate]]:
     """The figures about several cases: those that stand before the tables, and those about controllers."""
     shared = [plate for plate in plates.plates if plate.case_id is None]
     trade_offs = sum(plate.name.startswith("trade_off") for plate in shared)
-    first = ("limitation", "trade_off") if trade_offs <= MOST_TRADE_OFFS else ("limitation",)
+    limits = ("limits", "limitation", "least_current")
+    first = (*limits, "trade_off") if trade_offs <= MOST_TRADE_OFFS else limits
     before = [plate for plate in shared if plate.name.startswith(first)]
     return before, [plate for plate in shared if plate not in before]
 
 
 def _overview_title(plates: Sequence[Plate]) -> str:
-    limits = any(plate.name == "limitation" for plate in plates)
+    limits = any(plate.name in {"limits", "limitation"} for plate in plates)
     return "Where linear control ends" if limits else "How simple the controller may be"
 
 

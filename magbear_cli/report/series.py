@@ -49,7 +49,11 @@ class Labels:
     def case(self, outcome: CaseOutcome) -> str:
         """A case in one line: controller, mass, bandwidth limit."""
         limit = f"ω_c = {omega_text(outcome.omega_c_rad_s)}" if outcome.omega_c_rad_s else "no bandwidth limit"
-        return f"{self.controller(outcome)}, {mass_text(outcome.mass_kg)}{uncertain_text(outcome)}, {limit}"
+        return f"{self.controller(outcome)}, {self.problem(outcome)}, {limit}"
+
+    def problem(self, outcome: CaseOutcome) -> str:
+        """What is uncertain: the mass, and the magnets where they are."""
+        return f"{mass_text(outcome.mass_kg)}{uncertain_text(outcome)}"
 
 
 def uncertain_text(outcome: CaseOutcome) -> str:

@@ -121,7 +121,7 @@ def _case_cells(outcome: CaseOutcome) -> tuple[str, ...]:
     zone = "" if summary.iso_zone is None else f" · {summary.iso_zone}"
     return (
         mass_text(outcome.mass_kg).removesuffix(" kg"),
-        "none" if outcome.omega_c_rad_s is None else shortest(outcome.omega_c_rad_s),
+        _limit_text(outcome),
         significant(summary.worst_case),
         significant(summary.lower_bound),
         mu,
@@ -132,6 +132,14 @@ def _case_cells(outcome: CaseOutcome) -> tuple[str, ...]:
         significant(summary.phase_margin_deg),
         MISSING if summary.peak_sensitivity is None else f"{significant(summary.peak_sensitivity)}{zone}",
     )
+
+
+def _limit_text(outcome: CaseOutcome) -> str:
+    """The bandwidth limit that was given, or the bracket of the one that was sought."""
+    low, high = outcome.summary.omega_c_infeasible_rad_s, outcome.summary.omega_c_feasible_rad_s
+    if low is not None or high is not None:
+        return f"{significant(low, 4)} … {significant(high, 4)}"
+    return "none" if outcome.omega_c_rad_s is None else shortest(outcome.omega_c_rad_s)
 
 
 def _margin(low: float | None, high: float | None) -> str:

@@ -10,6 +10,7 @@ from matplotlib.ticker import FixedLocator
 from magbear_cli.errors import Status
 from magbear_cli.report.canvas import BLUE, LEVEL, RUST, legend_below, new_figure, panel_title, panels, plain
 from magbear_cli.report.drawing import Drawing
+from magbear_cli.report.limit_curves import LIMIT
 from magbear_cli.report.numbers import count_text, mass_text, omega_text, significant
 from magbear_cli.report.series import Labels, file_stem, problem_key
 from magbear_cli.report.sweep import peak_mu, worst_case
@@ -24,7 +25,7 @@ def trade_off_drawings(outcomes: tuple[CaseOutcome, ...], labels: Labels) -> lis
     """A figure for each problem that several controllers answered."""
     groups: dict[str, list[CaseOutcome]] = {}
     for outcome in outcomes:
-        if outcome.summary.order is not None and worst_case(outcome) is not None:
+        if outcome.method != LIMIT and outcome.summary.order is not None and worst_case(outcome) is not None:
             groups.setdefault(problem_key(outcome), []).append(outcome)
     return [_drawing(group, outcomes, labels) for group in groups.values() if len(group) > 1]
 

@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Sequence
 
 from magbear_cli.errors import Status
+from magbear_cli.report.limit_curves import LIMIT, brackets
 from magbear_cli.report.numbers import count_text, mass_text, omega_text, significant
 from magbear_cli.report.series import Labels, problem_key
 from magbear_cli.report.sweep import crossings, find_sweep, worst_case
@@ -51,7 +52,7 @@ _MANY = {
     Status.CRASHED: "crashed",
     Status.FAILED: "could not be computed",
 }
-_MOST_PROBLEMS, _MOST_CURVES = 3, 4
+_MOST_PROBLEMS, _MOST_CURVES, _MOST_BRACKETS = 3, 4, 12
 
 
 def headline(outcomes: Sequence[CaseOutcome]) -> str:
@@ -84,6 +85,7 @@ def remarks(results: StudyResults, labels: Labels) -> list[str]:
         if status != Status.OK:
             predicate = _ONE[status] if number == 1 else _MANY[status]
             told.append(f"{count_text(number, 'case')} {predicate}.")
+    told += _brackets(outcomes, labels)
     told += _simplest(outcomes, labels)
     told += _limits(results, labels)
     return told + _steps(outcomes)
@@ -97,7 +99,7 @@ def _simplest(outcomes: Sequence[CaseOutcome], labels: Labels) -> list[str]:
     """For each problem that several controllers meet: the one with the fewest states, beside the best."""
     groups: dict[str, list[CaseOutcome]] = {}
     for outcome in outcomes:
-        known = outcome.summary.order is not None and worst_case(outcome) is not None
+        known = outcome.method != LIMIT and outcome.summary.order is not None and worst_case(outcome) is not None
         if outcome.status == Status.OK and outcome.summary.verified and known:
             groups.setdefault(problem_key(outcome), []).append(outcome)
     several = [group for group in groups.values() if len(group) > 1]
@@ -122,6 +124,21 @@ def _simplest(outcomes: Sequence[CaseOutcome], labels: Labels) -> list[str]:
                 f"{text}; the best of the study is {labels.controller(best)} with "
                 f"{count_text(best.summary.order or 0, 'state')}: {significant(worst_case(best))}."
             )
+    return told
+
+
+def _brackets(outcomes: Sequence[CaseOutcome], labels: Labels) -> list[str]:
+    """Both proven sides of every limit that was sought."""
+    told = []
+    for outcome in brackets(outcomes):
+        low, high = outcome.summary.omega_c_infeasible_rad_s, outcome.summary.omega_c_feasible_rad_s
+        impossible = "" if low is None else f"no linear controller meets ω_c = {significant(low, 4)} rad/s"
+        order = count_text(outcome.summary.order or 0, "state")
+        met = "" if high is None else f"one with {order} meets {significant(high, 4)} rad/s"
+        what = labels.problem(outcome)
+        told.append(f"{what}: {', and '.join(part for part in (impossible, met) if part)}; proven.")
+    if len(told) > _MOST_BRACKETS:
+        return [f"{len(told)} limits of linear control are bracketed; the figure and the table have them."]
     return told
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from magbear_cli.spec.methods import MuConvex
+from magbear_cli.spec.methods import Limit, MuConvex
 from magbear_cli.spec.models import Case
 from magbear_cli.spec.nodes import Path
 from magbear_cli.spec.scenario import Scenario
@@ -53,6 +53,12 @@ def contradictions(case: Case) -> Iterator[Contradiction]:
             f"controller.step_prefilter belongs to the current of a step, and controller.minimise is "
             f"{controller.minimise}",
             "write minimise: step_current, or remove step_prefilter",
+        )
+    if isinstance(controller, Limit) and case.bandwidth is not None:
+        yield Contradiction(
+            ("bandwidth",),
+            "controller.method limit seeks bandwidth.omega_c_rad_s itself, and the case gives one",
+            "write bandwidth: null, or leave it out",
         )
     masses = case.mass_kg if isinstance(case.mass_kg, list) else [case.mass_kg]
     for index, scenario in enumerate(case.simulate or ()):

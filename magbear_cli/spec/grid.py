@@ -141,6 +141,60 @@ def compile_sweep(
     return _HEADER + written(document)
 
 
+def compile_limits(
+    masses: Sequence[float | tuple[float, float]],
+    over: Sequence[str],
+    tolerance: float | None,
+    base: str | None = None,
+    folder: Path | None = None,
+) -> str:
+    """The text of the study that brackets the bandwidth limit over masses and any other keys.
+
+    Controllers, bandwidth limits and simulations of the base are put aside. ``over`` holds ``KEY=LOW:HIGH:N``,
+    ``KEY=a,b,c``, or ``KEY`` alone for the values that the base sweeps it over; other sweeps of the base stay only
+    when nothing is asked for.
+
+    Raises
+    ------
+    InputError
+        When the base does not sweep a key that was given without values, or the values are no grid; the rest is told
+        when the text is read.
+    """
+    document = {**_THESIS, "name": "limits"} if base is None else _base_document(base, folder)
+    swept = document.pop("sweep", None) or {}
+    asked = _asked_values(over, swept)
+    aside = ("controller", "bandwidth", "simulate", "report")
+    kept = {key: values for key, values in swept.items() if key.partition(".")[0] not in aside}
+    if asked:
+        kept = {key: values for key, values in kept.items() if key == "mass_kg"} | asked
+    for key in aside:
+        document.pop(key, None)
+    document["controller"] = {"method": "limit"} | ({} if tolerance is None else {"tolerance": tolerance})
+    document["report"] = {"figures": ["limits"]}
+    if masses:
+        pairs = dict.fromkeys(masses)
+        _vary(document, kept, "mass_kg", [list(mass) if isinstance(mass, tuple) else mass for mass in pairs])
+    if kept:
+        document["sweep"] = kept
+    return _HEADER.replace("magbear sweep", "magbear limits") + written(document)
+
+
+def _asked_values(over: Sequence[str], swept: dict[str, Any]) -> dict[str, list[Any]]:
+    """The values of each key of ``--over``."""
+    asked: dict[str, list[Any]] = {}
+    for text in over:
+        key, equals, grid = text.partition("=")
+        if key in asked:
+            raise InputError(f"--over names {quoted(key)} twice")
+        if equals:
+            asked[key] = list(parse_grid(grid))
+        elif isinstance(swept.get(key), list):
+            asked[key] = swept[key]
+        else:
+            raise InputError(f"--over {key}: the study does not sweep it; write {key}=LOW:HIGH:N or {key}=a,b,c")
+    return asked
+
+
 def _vary(document: dict[str, Any], sweep: dict[str, Any], key: str, values: list[Any]) -> None:
     """Set one value, or sweep several; a sweep of the key or of what lies below it is replaced."""
     for name in [name for name in sweep if name == key or name.startswith(f"{key}.")]:

@@ -63,6 +63,14 @@ class FixedOrder(Section):
     )
 
 
+class Limit(Section):
+    """The smallest bandwidth limit that linear control can meet, bracketed by a proof on each side."""
+
+    method: Literal["limit"]
+    tolerance: float = Field(0.01, ge=1e-3, le=0.5, description="Relative width of the bracket to reach.")
+    max_order: int = Field(14, ge=2, le=100, description="Number of states of the controllers at the limit.")
+
+
 class Hinf(Section):
     """H-infinity mixed sensitivity by gamma iteration, at the nominal mass."""
 
@@ -126,6 +134,8 @@ class Stored(Section):
     case: str | None = Field(None, min_length=1, max_length=200, description="The case in it; null if it has one only.")
 
 
-METHODS: tuple[type[Section], ...] = (MuConvex, FixedOrder, Hinf, MuDk, Lqg, LqgLtr, Stored)
+METHODS: tuple[type[Section], ...] = (MuConvex, FixedOrder, Limit, Hinf, MuDk, Lqg, LqgLtr, Stored)
 
-Controller = Annotated[MuConvex | FixedOrder | Hinf | MuDk | Lqg | LqgLtr | Stored, Field(discriminator="method")]
+Controller = Annotated[
+    MuConvex | FixedOrder | Limit | Hinf | MuDk | Lqg | LqgLtr | Stored, Field(discriminator="method")
+]

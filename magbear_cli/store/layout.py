@@ -90,6 +90,10 @@ SUMMARY = Group(
         Field("max_pole_real_rad_s", "largest real part of a closed-loop pole over the mass range", "rad/s"),
         Field("mu_flatness", "1 - min/max of the structured singular value from 10 to 1e5 rad/s"),
         Field("worst_case_proven", "proven upper bound of this controller's worst case over all frequencies"),
+        Field("omega_c_feasible_rad_s", "bandwidth limit that the controller is proven to meet, method limit", "rad/s"),
+        Field(
+            "omega_c_infeasible_rad_s", "bandwidth limit proven impossible for linear control, method limit", "rad/s"
+        ),
         Field("lower_bound", "proven lower bound of the worst case of every linear controller"),
         Field("verified", "whether the controller is proven to meet the specification", kind=Kind.FLAG),
         Field("verification_sentence", "what the independent check found", kind=Kind.TEXT),

@@ -13,6 +13,7 @@ from magbear_cli.model.filters import Prefilter, SensorDynamics
 from magbear_cli.model.problem import ControlProblem, MassRange, RationalWeight, UncertainParameter
 from magbear_cli.model.rotor import FlexibleRotor
 from magbear_cli.simulation.scenario import Disturbance, StepScenario
+from magbear_cli.study.limits import LimitOptions
 from magbear_cli.synthesis.design import Design
 from magbear_cli.synthesis.fixed_order import FixedOrderOptions, design_fixed_order
 from magbear_cli.synthesis.hinf import HinfOptions, design_hinf
@@ -108,6 +109,11 @@ def design_controller(problem: ControlProblem, controller: Inputs) -> Design:
     """The answer of the method that the case names."""
     options = {key: value for key, value in controller.items() if key != "method"}
     return METHODS[controller["method"]](problem, options)
+
+
+def build_limit_options(controller: Inputs) -> LimitOptions:
+    """The options of the method ``limit``."""
+    return LimitOptions(tolerance=controller["tolerance"], max_order=controller["max_order"])
 
 
 def scenario_entries(inputs: Inputs) -> list[dict[str, Any]]:

@@ -6,20 +6,18 @@ checked certificate proves that no linear controller does. Feasibility is monoto
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from magbear_cli.analysis.certificate import CertificateCheck, check_certificate
 from magbear_cli.analysis.gridless import LevelProof, prove_level
-from magbear_cli.errors import NumericsError
+from magbear_cli.errors import NumericsError, Status
 from magbear_cli.lti.state_space import StateSpace
-from magbear_cli.model.impossibility_certificate import ImpossibilityCertificate
 from magbear_cli.model.problem import ControlProblem
+from magbear_cli.study.outcome import ImpossibilityProof
+from magbear_cli.study.proving import prove_impossible
 from magbear_cli.synthesis.design import Design
 from magbear_cli.synthesis.exact_mass import ExactMassOptions, design_exact_mass
-from magbear_cli.synthesis.impossibility import ImpossibilityOptions, find_impossibility
 
 _AIM = 0.9992  # of the level: below it by what the proof needs between its boxes
 _CLOSE = 0.9984  # of the level: a design at least this near is near enough
@@ -27,7 +25,6 @@ _SLOPE = 0.68  # −d log level/d log ω_c near the limit of a typical bearing, 
 _FARTHEST = 1e4  # times the start: a limit beyond it is reported as not there
 _CLOSEST = 0.003  # of ω_c: no certificate is sought closer to the met side, where each side's own loss is larger
 _FARTHER, _FARTHEST_GAP = 1.4, 0.3  # factor from one gap to the next, and the last
-_DENSITIES = (12.0, 14.0, 10.0)  # lags per decade to try in turn
 
 
 @dataclass(frozen=True)
@@ -47,7 +44,8 @@ class LimitOptions:
 class LimitBracket:
     """Both sides of the limit for one problem; a side that was not found is None, and the sentence says why.
 
-    ``problem`` is the one asked about, its own ω_c aside. ``sentence`` is why the search stopped.
+    ``problem`` is the one asked about, its own ω_c aside. ``sentence`` is why the bracket is not as narrow as asked
+    for; empty when it is.
     """
 
     problem: ControlProblem
@@ -58,10 +56,9 @@ class LimitBracket:
     worst_case: float = float("nan")
     proof: LevelProof | None = None
     omega_c_infeasible_rad_s: float | None = None
-    certificate: ImpossibilityCertificate | None = None
-    check: CertificateCheck | None = None
+    impossibility: ImpossibilityProof | None = None
     designs: int = 0
-    certificates_tried: int = 0
+    gaps_tried: int = 0
 
     @property
     def width(self) -> float:
@@ -69,6 +66,19 @@ class LimitBracket:
         if self.omega_c_feasible_rad_s is None or self.omega_c_infeasible_rad_s is None:
             return float("inf")
         return 1.0 - self.omega_c_infeasible_rad_s / self.omega_c_feasible_rad_s
+
+    @property
+    def met_problem(self) -> ControlProblem:
+        """The problem at the met side, or as it was asked where there is none."""
+        if self.omega_c_feasible_rad_s is None:
+            return self.problem
+        return replace(self.problem, omega_c_rad_s=self.omega_c_feasible_rad_s)
+
+    def met_design(self) -> Design:
+        """The controller of the met side as the answer of a method."""
+        statistics = {"designs": float(self.designs), "gaps_tried": float(self.gaps_tried)}
+        status = Status.NOT_ACHIEVED if self.controller is None else Status.OK
+        return Design(self.controller, status, self.sentence, self.worst_case, statistics)
 
 
 def bracket_limit(problem: ControlProblem, options: LimitOptions | None = None) -> LimitBracket:
@@ -159,31 +169,16 @@ def _first_guess(problem: ControlProblem) -> float:
 def _infeasible_side(bracket: LimitBracket, options: LimitOptions) -> LimitBracket:
     """Certificates at the tolerance below the met side, then farther and farther, until one is checked."""
     met = bracket.omega_c_feasible_rad_s or np.nan
-    tried = 0
     gap = max(0.9 * options.tolerance, _CLOSEST)
     gaps = gap * _FARTHER ** np.arange(1 + max(0, int(np.log(_FARTHEST_GAP / gap) / np.log(_FARTHER))))
-    for gap in gaps:
+    for tried, gap in enumerate(gaps, 1):
         omega_c = met * (1.0 - min(float(gap), 0.9))
-        problem = replace(bracket.problem, omega_c_rad_s=omega_c)
-        for certificate in _candidates(problem, options.level):
-            tried += 1
-            check = check_certificate(problem, certificate)
-            if check.valid:
-                answer = replace(
-                    bracket,
-                    omega_c_infeasible_rad_s=omega_c,
-                    certificate=certificate,
-                    check=check,
-                    certificates_tried=tried,
-                )
-                if answer.width <= options.tolerance:
-                    return replace(answer, sentence="the bracket is as narrow as asked for")
-                return replace(answer, sentence="no certificate closer to the met side was found")
-    return replace(bracket, sentence="no certificate of impossibility was found", certificates_tried=tried)
-
-
-def _candidates(problem: ControlProblem, level: float) -> Iterator[ImpossibilityCertificate]:
-    for density in _DENSITIES:
-        certificate = find_impossibility(problem, level, ImpossibilityOptions(lags_per_decade=density))
-        if certificate is not None:
-            yield certificate
+        proof = prove_impossible(replace(bracket.problem, omega_c_rad_s=omega_c), options.level)
+        if proof is None:
+            continue
+        answer = replace(bracket, omega_c_infeasible_rad_s=omega_c, impossibility=proof, gaps_tried=tried)
+        if answer.width <= options.tolerance:
+            return replace(answer, sentence="")
+        width = f"the bracket is {100.0 * answer.width:.2g} % wide"
+        return replace(answer, sentence=f"{width}: no certificate closer to the met side was found")
+    return replace(bracket, sentence="no certificate of impossibility was found", gaps_tried=len(gaps))

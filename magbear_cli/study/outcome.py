@@ -41,6 +41,8 @@ class Summary:
     max_pole_real_rad_s: float | None = None  # over the mass range
     mu_flatness: float | None = None  # 1 − min/max of mu over 10 … 1e5 rad/s
     worst_case_proven: float | None = None  # this controller's worst case is below it, for all ω: proven
+    omega_c_feasible_rad_s: float | None = None  # method limit: the bandwidth limit that is proven met
+    omega_c_infeasible_rad_s: float | None = None  # and one that is proven impossible
     lower_bound: float | None = None  # every linear controller's worst case is above it: proven
     verified: bool = False  # proven to meet the specification
     verification_sentence: str = ""

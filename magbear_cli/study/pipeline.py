@@ -14,15 +14,19 @@ from magbear_cli.model.problem import ControlProblem
 from magbear_cli.simulation.step import StepResponse, simulate_step
 from magbear_cli.study.building import (
     build_bearing,
+    build_limit_options,
     build_problem,
     build_scenario,
     design_controller,
     scenario_entries,
 )
 from magbear_cli.study.judging import judge_loop, verdict, without_levels
+from magbear_cli.study.limits import bracket_limit
 from magbear_cli.study.outcome import CaseOutcome, StepOutcome, Summary
 from magbear_cli.study.proving import SPECIFIED, prove_impossible, prove_lower_bound, verify_controller
 from magbear_cli.synthesis.design import Design
+
+LIMIT = "limit"  # the method that seeks a bandwidth limit instead of meeting one
 
 
 def run_case(inputs: Mapping[str, Any], case_id: str, index: int) -> CaseOutcome:
@@ -40,18 +44,41 @@ def run_case(inputs: Mapping[str, Any], case_id: str, index: int) -> CaseOutcome
 def _computed(outcome: CaseOutcome) -> CaseOutcome:
     inputs = outcome.inputs
     problem = build_problem(inputs)
+    if inputs["controller"]["method"] == LIMIT:
+        return _bracketed(outcome, problem)
     design = design_controller(problem, inputs["controller"])
+    return _with_impossibility(_judged(outcome, problem, design), problem, design)
+
+
+def _bracketed(outcome: CaseOutcome, problem: ControlProblem) -> CaseOutcome:
+    """The limit of the problem: its controller judged where it is met, and the certificate of what is impossible."""
+    bracket = bracket_limit(problem, build_limit_options(outcome.inputs["controller"]))
+    judged = _judged(outcome, bracket.met_problem, bracket.met_design())
+    found = replace(
+        judged.summary,
+        omega_c_feasible_rad_s=bracket.omega_c_feasible_rad_s if judged.summary.verified else None,
+        omega_c_infeasible_rad_s=bracket.omega_c_infeasible_rad_s,
+    )
+    known = replace(judged, summary=found, impossibility=bracket.impossibility)
+    if judged.status is Status.OK and bracket.sentence:
+        return replace(known, status=Status.NOT_ACHIEVED, sentence=bracket.sentence)
+    return known
+
+
+def _judged(outcome: CaseOutcome, problem: ControlProblem, design: Design) -> CaseOutcome:
+    """What is true of the controller of a design, or that there is none."""
+    inputs = outcome.inputs
     statistics = dict(design.statistics)
     if design.controller is None:
         given_up = replace(outcome, status=design.status, sentence=design.sentence, summary=Summary(level=design.level))
-        return _with_impossibility(replace(given_up, statistics=statistics), problem, design)
+        return replace(given_up, statistics=statistics)
     controller = design.controller
     summary, frequency, poles = judge_loop(problem, controller)
     verification = verify_controller(problem, controller, summary.worst_case)
     status, sentence = verdict(design, summary, verification)
     if status is Status.UNSTABLE:
         summary = without_levels(summary)
-    judged = replace(
+    return replace(
         outcome,
         status=status,
         sentence=sentence,
@@ -68,7 +95,6 @@ def _computed(outcome: CaseOutcome) -> CaseOutcome:
         steps=_simulated(inputs, controller),
         statistics=statistics | {f"verification_{key}": value for key, value in verification.statistics.items()},
     )
-    return _with_impossibility(judged, problem, design)
 
 
 def _with_impossibility(outcome: CaseOutcome, problem: ControlProblem, design: Design) -> CaseOutcome:

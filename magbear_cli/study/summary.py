@@ -31,6 +31,8 @@ LATER_FIGURES = (
     "mu_flatness",
     "worst_case_proven",
     "lower_bound",
+    "omega_c_feasible_rad_s",
+    "omega_c_infeasible_rad_s",
 )
 
 

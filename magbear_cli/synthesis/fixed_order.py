@@ -46,6 +46,8 @@ def design_fixed_order(problem: ControlProblem, options: FixedOrderOptions) -> D
     The search is local, from several starts: what it reaches is an upper bound of the least value of this order. The
     level of the answer is the worst case, the peak of mu, or the peak of |K S| in A/m, whichever was minimised.
     """
+    if problem.mass.is_fixed:  # mu of a known mass is its worst case
+        options = replace(options, uncertainty="real")
     scaled, scaling = scale_problem(with_bandwidth(problem))
     best = search_order(scaled, options)
     statistics = {"cone_programs": float(best.solves), "scaled_level": best.level}
