@@ -48,9 +48,18 @@ def test_a_curve_that_is_gone_is_told() -> None:
 
 @pytest.mark.parametrize(
     "document",
-    [None, [], {}, {"curves": 3}, {"curves": [3]}, {"curves": [curve(mass_kg="3")]}, {"curves": [curve() | {"omega_c_infeasible": "x"}]},
-     {"curves": [curve(over=[1])]}, {"curves": [curve(high=-1.0)]}],
-)  # fmt: skip
+    [
+        None,
+        [],
+        {},
+        {"curves": 3},
+        {"curves": [3]},
+        {"curves": [curve(mass_kg="3")]},
+        {"curves": [curve() | {"omega_c_infeasible": "x"}]},
+        {"curves": [curve(over=[1])]},
+        {"curves": [curve(high=-1.0)]},
+    ],
+)
 def test_what_is_no_baseline_is_refused(document: object) -> None:
     """A document of another shape is a mistake of the user, not a difference."""
     with pytest.raises(InputError, match="curves"):
