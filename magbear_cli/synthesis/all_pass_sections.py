@@ -45,11 +45,6 @@ class Sections:
         pairs += [(p + q, p * q) for p, q in zip(real[::2], real[1::2], strict=True)]
         return cls(np.array(sorted(pairs, key=lambda pair: pair[1])).reshape(-1, 2), lag)
 
-    @classmethod
-    def repeated(cls, pole: float, pairs: int) -> Sections:
-        """The chain of one double pole many times: Laguerre's functions."""
-        return cls(np.tile([2.0 * pole, pole**2], (pairs, 1)))
-
     @property
     def order(self) -> int:
         """The number of poles."""

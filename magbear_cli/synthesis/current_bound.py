@@ -59,7 +59,7 @@ def least_peak_bound(scaled: ControlProblem, uncertainty: Uncertainty, span: tup
     low, high = 1e-2 * min(span[0], 1.0), 1e3 * span[1]
     decades = float(np.log10(high / low))
     omega, fine = (np.geomspace(low, high, int(density * decades)) for density in (_COARSE, _FINE))
-    coarse_discs, discs = (_discs(scaled, uncertainty, grid) for grid in (omega, fine))
+    coarse_discs, discs = (_discs(scaled, uncertainty, grid, peak) for grid in (omega, fine))
     for pairs in _PAIRS:
         speed = np.geomspace(*span, pairs)
         poles = Sections(np.stack([3.0 * speed, 2.0 * speed**2], axis=1))
@@ -88,8 +88,11 @@ def _bound(discs: Discs, poles: Sections, coefficients: Floats, fine: Floats, pe
     return below * peak
 
 
-def _discs(scaled: ControlProblem, uncertainty: Uncertainty, omega: Floats) -> Discs:
-    """The discs of the nominal plant and of those at the ends, or around the rim, of the uncertainty."""
+def _discs(scaled: ControlProblem, uncertainty: Uncertainty, omega: Floats, peak: float) -> Discs:
+    """The discs of the nominal plant and of those at the ends, or around the rim, of the uncertainty.
+
+    Where |r| ≤ peak lies well within a disc, it is left out: its radius is infinite.
+    """
     deviation = scaled.mass.inverse_deviation_per_kg * scaled.mass.nominal_kg
     turns: Complexes = np.array([0.0, 1.0, -1.0], dtype=complex)
     if uncertainty == "complex":
@@ -105,10 +108,12 @@ def _discs(scaled: ControlProblem, uncertainty: Uncertainty, omega: Floats) -> D
         e, bound = plant * d - n, weight * np.abs(d)
         # |bound (1 + G r)|² − |d + e r|² = a |r|² + 2 Re(b r) + c
         a, b, c = (bound * plant) ** 2 - np.abs(e) ** 2, bound**2 * plant - np.conj(d) * e, bound**2 - np.abs(d) ** 2
-        is_disc = a > 1e-2 * (bound * plant) ** 2
+        is_disc = a > 1e-6 * (bound * plant) ** 2
         a = np.where(is_disc, a, 1.0)
+        radius = np.sqrt(np.maximum(np.abs(b / a) ** 2 - c / a, 0.0))
+        is_disc &= radius < np.abs(b / a) + 1.5 * peak
         centres.append(np.where(is_disc, -np.conj(b) / a, 0.0))
-        radii.append(np.where(is_disc, np.sqrt(np.maximum(np.abs(b / a) ** 2 - c / a, 0.0)), np.inf))
+        radii.append(np.where(is_disc, radius, np.inf))
     return Discs(np.array(centres), np.array(radii))
 
 

@@ -6,7 +6,7 @@ grown from fewer, and moved. What is handed on is recomputed from the controller
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -40,7 +40,8 @@ _CONSTRAINED, _DENSE = 100, 1200  # frequencies at first, and those that judge
 _PER_DECADE = (20, 150)  # as many more of each a decade around the crossover
 _FIRST_PAIRS, _PAIRS_PER_DECADE, _MOST_PAIRS = 16, 12.0, 34
 _ROUGHLY = 3  # cone programs where the answer is only a start
-_ORDERS = (2, 3, 4, 6, 8, 12)  # states to try in turn, then in steps of four
+_ORDERS = (2, 3, 4, 6, 8, 12)  # states to try in turn for the peak of |K S|, then in steps of four
+_STEP_ORDERS = (4, 8, 12)  # for a step, which needs more and has more local optima
 _NEW_LAGS = (0.05, 0.5)  # of the crossover: where a grown controller gets its new poles
 
 
@@ -150,39 +151,60 @@ def _crossover(search: CurrentSearch, candidate: Candidate) -> float:
 
 
 def _over_few_poles(search: CurrentSearch, full: Candidate, crossover: float, max_order: int) -> Iterator[Candidate]:
-    """The best found with two states, then more and more, each at least as good as the one before."""
-    orders = [order for order in (*_ORDERS, *range(16, max_order + 1, 4)) if order < max_order]
+    """The best found with few states, then more and more, each at least as good as the one before.
+
+    From the best of the fitted loops, and from the best that grew out of the one before; for the peak of |K S| the
+    better of both is enough.
+    """
     best: Candidate | None = None
-    for order in (*orders, max_order):
-        starts = [(full, _fitted(search, full, crossover, order), _ROUGHLY)]
+    for order in _orders(search.wish, max_order):
+        fitted = [(full, sections, _ROUGHLY) for sections in _fitted(search, full, crossover, order)]
+        grown = []
         if best is not None:
             more = order + 2 - best.form.sections.order
-            starts += [(best, _grown(best.form.sections, ratio * crossover, more), 1) for ratio in _NEW_LAGS]
-        tried = []
-        for present, sections, most in starts:
-            try:
-                tried.append(search.nudge(search.settle(present.form, sections, most)))
-            except NumericsError:
-                continue
-        if not tried:
+            grown = [(best, _grown(best.form.sections, ratio * crossover, more), 1) for ratio in _NEW_LAGS]
+        groups = [fitted + grown] if search.wish.kind == "ks_peak" else [fitted, grown]
+        reached: list[Candidate] = []
+        for group in groups:
+            start = _best_start(search, group)
+            if start is not None and all(start.cost < other.cost for other in reached):
+                reached.append(search.polish(start))
+        if reached:
+            best = min(reached, key=lambda candidate: candidate.cost)
+            yield best
+
+
+def _orders(wish: CurrentWish, max_order: int) -> list[int]:
+    few = _ORDERS if wish.kind == "ks_peak" else _STEP_ORDERS
+    return [*(order for order in (*few, *range(16, max_order, 4)) if order < max_order), max_order]
+
+
+def _best_start(search: CurrentSearch, starts: Sequence[tuple[Candidate, Sections, int]]) -> Candidate | None:
+    """The best after a few cone programs and one large move, from these controllers over these poles."""
+    tried = []
+    for present, sections, most in starts:
+        try:
+            tried.append(search.nudge(search.settle(present.form, sections, most)))
+        except NumericsError:
             continue
-        best = search.polish(min(tried, key=lambda candidate: candidate.cost))
-        yield best
+    return min(tried, key=lambda candidate: candidate.cost, default=None)
 
 
-def _fitted(search: CurrentSearch, full: Candidate, crossover: float, order: int) -> Sections:
-    """The poles of a loop with a controller of this order that has nearly the K S of the optimum.
+def _fitted(search: CurrentSearch, full: Candidate, crossover: float, order: int) -> Iterator[Sections]:
+    """The poles of loops with a controller of this order that have nearly the K S of the optimum.
 
-    An error of K S matters where it changes S by as much as W1 lets it, or is large beside the peak of |K S|.
+    An error of K S matters where it changes S by as much as W1 lets it, or is large beside the peak of |K S|, or, for a
+    step, goes into the current.
     """
     low = float(np.sqrt(full.form.sections.quadratics[:, 1]).min())
     omega = np.geomspace(0.1 * low, 100.0 * crossover, 300)
     plant = np.abs(search.scaled.plant(omega, search.scaled.mass.nominal_kg))
-    weights = 0.5 * plant * (1.0 + search.scaled.performance_bound(omega)) + search.wish.weight(omega) / (
-        full.peak_step or full.peak_ks
-    )
+    values = full.form.control_sensitivity(omega)
+    performance = 0.5 * plant * (1.0 + search.scaled.performance_bound(omega))
     start = Sections.of_poles(np.asarray(-np.geomspace(low, 10.0 * crossover, order + 2), dtype=np.complex128))
-    return fit_poles(full.form.control_sensitivity(omega), weights, omega, start)
+    yield fit_poles(values, performance + 1.0 / full.peak_ks, omega, start)
+    if full.peak_step:
+        yield fit_poles(values, performance + search.wish.weight(omega) / full.peak_step, omega, start)
 
 
 def _grown(sections: Sections, pole: float, more: int) -> Sections:

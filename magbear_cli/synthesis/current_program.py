@@ -126,5 +126,8 @@ def _orthonormal(columns: Complexes, unit: float) -> tuple[Complexes, Floats]:
     size = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
     q, r = np.linalg.qr(np.vstack([columns.real, columns.imag]) / size)
     scale = unit * np.sqrt(count)
-    back = np.linalg.solve(r, np.eye(r.shape[0])) * scale / size[:, None]
+    try:
+        back = np.linalg.solve(r, np.eye(r.shape[0])) * scale / size[:, None]
+    except np.linalg.LinAlgError as error:
+        raise NumericsError("the functions of the current's program are not independent") from error
     return np.asarray((q[:count] + 1j * q[count:]) * scale), np.asarray(back)
