@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from magbear_cli.spec.methods import Limit, MuConvex
+from magbear_cli.spec.methods import FixedOrder, Limit, MuConvex
 from magbear_cli.spec.models import Case
 from magbear_cli.spec.nodes import Path
 from magbear_cli.spec.scenario import Scenario
@@ -53,6 +53,12 @@ def contradictions(case: Case) -> Iterator[Contradiction]:
             f"controller.step_prefilter belongs to the current of a step, and controller.minimise is "
             f"{controller.minimise}",
             "write minimise: step_current, or remove step_prefilter",
+        )
+    if isinstance(controller, FixedOrder) and controller.order != "auto" and "max_order" in controller.model_fields_set:
+        yield Contradiction(
+            ("controller", "max_order"),
+            f"controller.max_order belongs to order: auto, and controller.order is {controller.order}",
+            "write order: auto, or remove max_order",
         )
     if isinstance(controller, Limit) and case.bandwidth is not None:
         yield Contradiction(

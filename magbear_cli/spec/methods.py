@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Field, PlainValidator, WithJsonSchema
 
 from magbear_cli.spec.scenario import Prefilter
 from magbear_cli.spec.section import NonNegative, PartName, Positive, Section, Tiny, fault
@@ -50,11 +50,31 @@ class MuConvex(Section):
     )
 
 
+def _order(value: Any) -> int | str:  # noqa: ANN401 - the file may hold anything
+    """A number of states, or the word for seeking it."""
+    if value == "auto":
+        return "auto"
+    if isinstance(value, bool) or not isinstance(value, int):
+        raise fault("E104", "must be a whole number or auto", "write a number from 1 to 6, or auto")
+    if not 1 <= value <= LARGEST_ORDER:
+        raise fault("E105", f"must lie in 1 to {LARGEST_ORDER}", "write auto for the fewest states that are enough")
+    return value
+
+
+LARGEST_ORDER = 6
+OrderOrAuto = Annotated[
+    Any,
+    PlainValidator(_order),
+    WithJsonSchema({"anyOf": [{"type": "integer", "minimum": 1, "maximum": LARGEST_ORDER}, {"const": "auto"}]}),
+]
+
+
 class FixedOrder(Section):
     """The best controller of a given order by direct search on the exact worst case."""
 
     method: Literal["fixed_order"]
-    order: int = Field(1, ge=1, le=6, description="Number of controller states.")
+    order: OrderOrAuto = Field(1, description="Number of controller states, or auto: the fewest that are enough.")
+    max_order: int = Field(6, ge=1, le=8, description="Where auto stops.")
     uncertainty: Literal["real", "complex"] = Field(
         "real", description="Take the mass as real (exact worst case) or as a complex perturbation (peak mu)."
     )

@@ -17,6 +17,7 @@ from magbear_cli.study.limits import LimitOptions
 from magbear_cli.synthesis.design import Design
 from magbear_cli.synthesis.fixed_order import FixedOrderOptions, design_fixed_order
 from magbear_cli.synthesis.hinf import HinfOptions, design_hinf
+from magbear_cli.synthesis.lowest_order import design_lowest_order
 from magbear_cli.synthesis.lqg import LqgOptions, design_lqg
 from magbear_cli.synthesis.lqg_ltr import LqgLtrOptions, design_lqg_ltr
 from magbear_cli.synthesis.mu_convex import MuConvexOptions, design_mu_convex
@@ -94,9 +95,16 @@ def _stored(_: ControlProblem, options: Inputs) -> Design:
     return Design(controller, Status.OK)
 
 
+def _fixed_order(problem: ControlProblem, options: dict[str, Any]) -> Design:
+    order, max_order = options.pop("order"), options.pop("max_order")
+    if order == "auto":
+        return design_lowest_order(problem, FixedOrderOptions(**options), max_order)
+    return design_fixed_order(problem, FixedOrderOptions(order, **options))
+
+
 METHODS: Mapping[str, Callable[[ControlProblem, dict[str, Any]], Design]] = {
     "mu_convex": _mu_convex,
-    "fixed_order": lambda problem, options: design_fixed_order(problem, FixedOrderOptions(**options)),
+    "fixed_order": _fixed_order,
     "hinf": lambda problem, options: design_hinf(problem, HinfOptions(**options)),
     "mu_dk": lambda problem, options: design_mu_dk(problem, MuDkOptions(**_tupled(options))),
     "lqg": lambda problem, options: design_lqg(problem, LqgOptions(**_tupled(options))),

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import islice
 from typing import Literal
 
 import numpy as np
@@ -25,6 +27,8 @@ from magbear_cli.synthesis.half_plane import (
 from magbear_cli.synthesis.lag_ratio import LagRatio
 from magbear_cli.synthesis.least_current import least_current_descent
 from magbear_cli.synthesis.stabilisation import stabilises
+
+_TOO_NEAR = 0.1  # of the logarithm: two lags so close are one
 
 
 @dataclass(frozen=True)
@@ -70,11 +74,19 @@ def design_fixed_order(problem: ControlProblem, options: FixedOrderOptions) -> D
 
 
 def search_order(scaled: ControlProblem, options: FixedOrderOptions) -> Descended[LagRatio]:
-    """Descend on the level from a lead at order 1; at each further order from the best before it with one lag more."""
+    """The best controller found of this order."""
+    return next(islice(search_orders(scaled, options), options.order - 1, None))
+
+
+def search_orders(scaled: ControlProblem, options: FixedOrderOptions) -> Iterator[Descended[LagRatio]]:
+    """The best found of order 1, 2, 3, … without end: from a lead, then from the best before it with one lag more."""
     span = frequency_span(scaled)
     grids = Grids(span.grid(70), span.grid(900, margin=1e4))
     descent = ratio_descent(scaled, options.uncertainty)
-    return _grow(descent.run(best_lead(scaled), grids), options.order, descent, grids, span)
+    best = descent.run(best_lead(scaled), grids)
+    while True:
+        yield best
+        best = _grow(best, best.controller.poles.size + 1, descent, grids, span)
 
 
 def _search_least_current(
@@ -124,10 +136,18 @@ def ratio_descent(scaled: ControlProblem, uncertainty: Literal["real", "complex"
 
 
 def _new_lags(present: NDArray[np.float64], slow: float, fast: float) -> list[float]:
-    """Lags spread over the span, none on top of one that is there."""
+    """Lags spread over the span, none on top of one that is there; where all are, the one with the most room."""
     candidates = np.geomspace(slow, fast, 4)
-    distance = np.abs(np.log(candidates[:, None] / present[None, :])).min(axis=1)
-    return [float(pole) for pole, gap in zip(candidates, distance, strict=True) if gap > 0.1]
+    distance = _distance(candidates, present)
+    if (distance <= _TOO_NEAR).all():
+        candidates = np.geomspace(slow, fast, 8 * (present.size + 1))
+        return [float(candidates[_distance(candidates, present).argmax()])]
+    return [float(pole) for pole, gap in zip(candidates, distance, strict=True) if gap > _TOO_NEAR]
+
+
+def _distance(candidates: NDArray[np.float64], present: NDArray[np.float64]) -> NDArray[np.float64]:
+    """How far each candidate is from the nearest lag that is there, in the logarithm."""
+    return np.asarray(np.abs(np.log(candidates[:, None] / present[None, :])).min(axis=1), dtype=float)
 
 
 def best_lead(scaled: ControlProblem) -> LagRatio:

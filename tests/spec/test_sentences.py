@@ -114,8 +114,11 @@ STEP = "simulate: [{{step_m: 10e-6, {}}}]"
         ("controller: {method: mu_convex, step_prefilter: thesis_fast}", "E114", 13, "minimise is worst_case"),
         ("controller: {method: mu_convex, step_prefilter: {omega_rad_s: 2e4}}", "E103", 33, "'zeta'"),
         ("controller: {method: lqg, step_prefilter: thesis_fast}", "E102", 27, "it belongs to mu_convex"),
-        ("controller: {method: fixed_order, order: 7}", "E105", 42, "at most 6"),
-        ("controller: {method: fixed_order, order: 0}", "E105", 42, "greater than 0"),
+        ("controller: {method: fixed_order, order: 7}", "E105", 42, "1 to 6"),
+        ("controller: {method: fixed_order, order: 0}", "E105", 42, "1 to 6"),
+        ("controller: {method: fixed_order, order: automatic}", "E104", 42, "whole number or auto"),
+        ("controller: {method: fixed_order, order: 2, max_order: 4}", "E114", 56, "belongs to order: auto"),
+        ("controller: {method: fixed_order, order: auto, max_order: 9}", "E105", 59, "at most 8"),
         ("controller: {method: fixed_order, order: 1.5}", "E104", 42, "whole number"),
         ("controller: {method: hinf, gamma_tolerance: 0}", "E105", 45, "greater than 0"),
         ("controller: {method: lqg, q: [1]}", "E104", 30, "at least 2"),
@@ -166,6 +169,14 @@ def test_a_wrong_value_is_refused_at_its_place(
     assert problem.line == text.splitlines().index(line) + 1
     assert problem.column == column
     assert words in f"{problem.sentence} {problem.remedy}"
+
+
+def test_a_limit_that_is_sought_is_not_given(refused: Refused, spoiled: Spoiled) -> None:
+    """The method that seeks the bandwidth limit is refused where the study gives one, at the place of that."""
+    text = spoiled("controller", "controller: {method: limit}")
+    (problem,) = refused(text)
+    assert (problem.code, problem.line) == ("E114", 1 + text[: text.index("bandwidth:")].count("\n"))
+    assert "seeks bandwidth.omega_c_rad_s itself" in problem.sentence
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,8 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+from typing import Any
+
 import pytest
 
 from magbear_cli.spec.cases import EAGER_COUNT, LARGEST_COUNT
@@ -22,9 +24,10 @@ mass_kg: 2
 performance: thesis_precision
 controller: {method: mu_convex}
 """
-CONTROLLERS = {
+CONTROLLERS: dict[str, dict[str, Any]] = {
     "mu_convex": {"uncertainty": "real", "max_order": 12, "minimise": "worst_case", "step_prefilter": None},
-    "fixed_order": {"order": 1, "uncertainty": "real", "minimise": "worst_case"},
+    "limit": {"tolerance": 0.01, "max_order": 14},
+    "fixed_order": {"order": 1, "max_order": 6, "uncertainty": "real", "minimise": "worst_case"},
     "hinf": {"gamma_tolerance": 1e-3, "form": "mended"},
     "lqg": {"q": [1.0, 1e-5], "r": 3e-9, "xi": 1.0, "theta": 1e-15},
     "lqg_ltr": {"xi": [1e-7, 50.0], "theta": 8e-9, "q": [1e6, 1e-3], "r": 1e-10},

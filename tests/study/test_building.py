@@ -131,6 +131,8 @@ def test_the_options_of_a_study_are_those_of_its_method(resolved: Resolve, metho
     }
     given = dict(resolved(f"controller.method={method}")["controller"].items())
     del given["method"]
+    if method == "fixed_order":
+        assert given.pop("max_order") == 6  # of the search for the order, above the method
     made = modules[method](**{key: tuple(value) if isinstance(value, list) else value for key, value in given.items()})
     assert {field: getattr(made, field) for field in made.__dataclass_fields__} == {
         key: tuple(value) if isinstance(value, list) else value for key, value in given.items()
