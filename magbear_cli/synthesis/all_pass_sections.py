@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
-_LEAST_DAMPING = 1e-3  # of the pole's size: a function more resonant than this hides between frequencies
+_LEAST_DAMPING = 0.01  # of the pole's size: a function more resonant than this hides between frequencies
 
 
 @dataclass(frozen=True, eq=False)

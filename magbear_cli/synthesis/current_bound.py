@@ -3,9 +3,13 @@
 In the scaled problem every stabilising controller has r = K S stable and proper with r(1) = 0 and r'(1) = −2 (the
 unstable pole must leave S). Let h(s) = L(s)/(s − 1)² with L stable and proper. The residue of r h at 1 is −2 L(1), so
 that ∫ Re(r h) dω over [0, ∞] is 2π L(1) whatever the controller. The specification keeps r(jω) in discs: for one plant
-of the family |W1 S| ≤ 1 is |W1 d| |1 + G r| ≤ |d + e r|, a disc where |W1 d G| > |e|; W3 only narrows it further, and
-is left out. If for some γ the largest Re(r h) over those discs and |r| ≤ γ integrates to less than 2π L(1), then no
-controller has a peak of γ or less. Any L gives a bound; a cone program finds a good one.
+n/d of the family |W1 S| + |W3 T| ≤ 1, hence |W1 S|² + |W3 T|² ≤ 1, hence with e = G d − n
+
+    |W1 d (1 + G r)|² + |W3 n r|² ≤ |d + e r|²,
+
+which is a disc where the left-hand side has more of |r|². If for some γ the largest Re(r h) over those discs and
+|r| ≤ γ integrates to less than 2π L(1), then no controller has a peak of γ or less. Any L gives a bound; a cone program
+finds a good one.
 """
 
 from __future__ import annotations
@@ -106,9 +110,10 @@ def _discs(scaled: ControlProblem, uncertainty: Uncertainty, omega: Floats, peak
         else:
             d, n = -(squared + p) / (1.0 + squared), 1.0 / (1.0 + squared) + 0.0 * p
         e, bound = plant * d - n, weight * np.abs(d)
-        # |bound (1 + G r)|² − |d + e r|² = a |r|² + 2 Re(b r) + c
-        a, b, c = (bound * plant) ** 2 - np.abs(e) ** 2, bound**2 * plant - np.conj(d) * e, bound**2 - np.abs(d) ** 2
-        is_disc = a > 1e-6 * (bound * plant) ** 2
+        most = (bound * plant) ** 2 + (scaled.bandwidth_bound(omega) * np.abs(n)) ** 2
+        # The left-hand side less the right is a |r|² + 2 Re(b r) + c.
+        a, b, c = most - np.abs(e) ** 2, bound**2 * plant - np.conj(d) * e, bound**2 - np.abs(d) ** 2
+        is_disc = a > 1e-6 * most
         a = np.where(is_disc, a, 1.0)
         radius = np.sqrt(np.maximum(np.abs(b / a) ** 2 - c / a, 0.0))
         is_disc &= radius < np.abs(b / a) + 1.5 * peak

@@ -22,7 +22,7 @@ from magbear_cli.model.robust_performance import control_sensitivity, interconne
 from magbear_cli.synthesis.all_pass_sections import Sections
 from magbear_cli.synthesis.control_set import Uncertainty
 from magbear_cli.synthesis.current_bound import least_peak_bound
-from magbear_cli.synthesis.current_search import Candidate, CurrentSearch
+from magbear_cli.synthesis.current_search import MET, Candidate, CurrentSearch
 from magbear_cli.synthesis.current_wish import CurrentWish
 from magbear_cli.synthesis.descent import Responds
 from magbear_cli.synthesis.exact_mass import exact_level
@@ -41,6 +41,7 @@ _PER_DECADE = (20, 150)  # as many more of each a decade around the crossover
 _FIRST_PAIRS, _PAIRS_PER_DECADE, _MOST_PAIRS = 16, 12.0, 34
 _ROUGHLY = 3  # cone programs where the answer is only a start
 _ORDERS = (2, 3, 4, 6, 8, 12)  # states to try in turn for the peak of |K S|, then in steps of four
+_ENOUGH = 12  # states: beyond, the search goes on only while each attempt gains half of the loss
 _STEP_ORDERS = (4, 8, 12)  # for a step, which needs more and has more local optima
 _NEW_LAGS = (0.05, 0.5)  # of the crossover: where a grown controller gets its new poles
 
@@ -94,13 +95,13 @@ def find_least_current(
 ) -> LeastCurrent:
     """The controller of at most ``max_order`` states whose current is the least, or a hundredth above with fewer.
 
-    ``start`` meets the specification. Without a bandwidth limit none is imposed: bounded |K S| is one by itself, and
-    a step's current counts a little of it.
+    ``start`` meets the specification with no more states, and is the answer where no better is found. Without a
+    bandwidth limit none is imposed: bounded |K S| is one by itself, and a step's current counts a little of it.
 
     Raises
     ------
     NumericsError
-        when no cone program was solved, or no controller's matrices do what its functions promised.
+        when no cone program was solved.
     """
     span = frequency_span(with_bandwidth(scaled))
     search = CurrentSearch(scaled, uncertainty, wish, span.grid(_DENSE, margin=1e4), span.grid(_CONSTRAINED))
@@ -110,17 +111,30 @@ def find_least_current(
         answer = _recomputed(search, candidate, full)
         if answer is None:
             continue
+        small = bool(found) and candidate.cost > found[-1][0].cost * (1.0 - LOSS / 2.0)
         found.append((candidate, answer))
-        if answer.meets and candidate.cost <= full.cost * (1.0 + LOSS):
+        if answer.meets and full.level <= MET and candidate.cost <= full.cost * (1.0 + LOSS):
             break
-    if not found:
-        raise NumericsError("no controller of least current was found whose own matrices hold what was promised")
-    least = min(candidate.cost for candidate, _ in found)
-    chosen = next(answer for candidate, answer in found if candidate.cost <= least * (1.0 + LOSS))
+        if small and answer.controller.order > _ENOUGH:
+            break
+    chosen = _chosen(found) or _as_it_is(search, start.controller(), full)
     if wish.kind == "step_current":
         return chosen
     bound = least_peak_bound(scaled, uncertainty, (0.7 * span.slow, 2.5 * crossover), chosen.current)
     return replace(chosen, solves=search.solves, lower_bound=bound or float("nan"))
+
+
+def _chosen(found: Sequence[tuple[Candidate, LeastCurrent]]) -> LeastCurrent | None:
+    """The answer of the fewest states near the least cost, among those that meet the specification."""
+    meeting = [(candidate, answer) for candidate, answer in found if answer.meets]
+    least = min((candidate.cost for candidate, _ in meeting), default=np.inf)
+    return next((answer for candidate, answer in meeting if candidate.cost <= least * (1.0 + LOSS)), None)
+
+
+def _as_it_is(search: CurrentSearch, controller: StateSpace, full: Candidate) -> LeastCurrent:
+    """The controller that the search began with."""
+    current, level = peak_current(search.scaled, controller, search.wish), _level(search, controller)
+    return _answer(search, (controller, current, level), full)
 
 
 def _over_many_poles(search: CurrentSearch, start: Responds, span: FrequencySpan) -> tuple[Candidate, float]:
@@ -225,15 +239,17 @@ def _recomputed(search: CurrentSearch, candidate: Candidate, full: Candidate) ->
     if not stabilises(search.scaled, controller):
         return None
     level, current = _level(search, controller), peak_current(search.scaled, controller, search.wish)
-    steps = search.wish.kind == "step_current"
-    promised = candidate.peak_step if steps else candidate.peak_ks
+    promised = candidate.peak_step if search.wish.kind == "step_current" else candidate.peak_ks
     if level > max(1.001 * candidate.level, _PROVABLE) or current > 1.003 * promised:
         return None
+    return _answer(search, (controller, current, level), full)
+
+
+def _answer(search: CurrentSearch, reached: tuple[StateSpace, float, float], full: Candidate) -> LeastCurrent:
+    steps = search.wish.kind == "step_current"
     return LeastCurrent(
-        controller,
-        current,
-        level,
-        meets=level <= _PROVABLE,
+        *reached,
+        meets=reached[2] <= _PROVABLE,
         before_reduction=full.peak_step if steps else full.peak_ks,
         order_before_reduction=full.form.sections.order - 2,
         solves=search.solves,
