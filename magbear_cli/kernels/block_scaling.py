@@ -29,8 +29,8 @@ class BlockBound:
     Parameters
     ----------
     upper : (w,) array, the largest singular values of left·M·right⁻¹, recomputed with these very matrices
-    left, right : (w, p, p) and (w, m, m) arrays, Hermitian positive definite and of the structure: for every Δ,
-        left·Δᴴ = Δᴴ·right
+    left, right : (w, p, p) and (w, m, m) arrays, Hermitian positive definite and of the structure (right·Δ = Δ·left for
+        every Δ), the geometric mean of the blocks' scales one
     """
 
     upper: Floats
@@ -69,7 +69,8 @@ def block_upper_bound(matrices: Complexes, structure: BlockStructure) -> BlockBo
     left, _ = motion.factors(structure.rows, motion.log_rows)
     right, right_inverse = motion.factors(structure.columns, motion.log_columns)
     upper = np.asarray(np.linalg.svd(left @ unit @ right_inverse, compute_uv=False)[:, 0], dtype=float)
-    return BlockBound(size * upper, left, right)
+    common = _common_factor(left, structure)
+    return BlockBound(size * upper, left / common, right / common)
 
 
 def require_fitting(matrices: Complexes, structure: BlockStructure) -> Complexes:
@@ -174,6 +175,12 @@ class _BlockMotion:
                 x = (step @ self.left_directions[:, start, start].real)[:, None, None]
                 left[:, row], right[:, :, column] = np.exp(x) * left[:, row], np.exp(-x) * right[:, :, column]
         return left, right
+
+
+def _common_factor(left: Complexes, structure: BlockStructure) -> Floats:
+    """The geometric mean of the blocks' scales, that of a matrix being the mean of its eigenvalues, (w, 1, 1)."""
+    logs = [np.linalg.slogdet(left[:, row, row])[1] / (row.stop - row.start) for row in structure.rows]
+    return np.asarray(np.exp(np.mean(logs, axis=0))[:, None, None], dtype=float)
 
 
 def _forms(directions: Complexes, vectors: Complexes) -> Complexes:

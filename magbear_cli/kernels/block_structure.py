@@ -76,6 +76,11 @@ class BlockStructure:
         """Whether the scaling of some block is a matrix and not a number."""
         return any(self.is_matrix(block) for block in self.blocks)
 
+    @property
+    def with_numbers(self) -> BlockStructure:
+        """The structure with a full block in place of each repeated one: more perturbations, fewer scalings."""
+        return BlockStructure(tuple(FullBlock(block.outputs, block.inputs) for block in self.blocks))
+
     @cached_property
     def rows(self) -> tuple[slice, ...]:
         """Where the outputs of each block are."""

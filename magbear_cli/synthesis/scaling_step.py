@@ -74,20 +74,25 @@ def fit_scales(
 ) -> list[RationalScales]:
     """Rational D-scales for a closed loop, one set for each weighting, the best on the grid first.
 
+    Where a block is repeated there are sets with a number in place of its matrix too: the best matrices change with
+    frequency in ways that a low order may not follow, and the best numbers may be followed better.
+
     Parameters
     ----------
     omega_rad_s : (w,) positive ascending grid
     order : states of each scale; of each channel where a repeated block has a matrix
     every_scale : fit all scales, in the normalisation of product one; otherwise the last full block's scale is one
     """
-    grid = _Grid.of(frequency_response(loop, omega_rad_s), structure, omega_rad_s, every_scale=every_scale)
-    sensitivity = np.sqrt(grid.sensitivity())
+    matrices = frequency_response(loop, omega_rad_s)
     sets = []
-    for power in _FLATTENINGS:
-        weights = sensitivity * ((grid.mu / grid.mu.max()) ** power)[:, None]
-        blocks = tuple(grid.fitted(place, weights[:, place], order) for place in range(len(structure.blocks)))
-        level = float(_bound(grid.matrices, structure, [block.response(omega_rad_s) for block in blocks]).max())
-        sets.append(RationalScales(structure, blocks, level))
+    for coarse in (structure, structure.with_numbers) if structure.has_matrix else (structure,):
+        grid = _Grid.of(matrices, coarse, omega_rad_s, every_scale=every_scale)
+        sensitivity = np.sqrt(grid.sensitivity())
+        for power in _FLATTENINGS:
+            weights = sensitivity * ((grid.mu / grid.mu.max()) ** power)[:, None]
+            blocks = tuple(grid.fitted(place, weights[:, place], order) for place in range(len(coarse.blocks)))
+            level = float(_bound(matrices, structure, [block.response(omega_rad_s) for block in blocks]).max())
+            sets.append(RationalScales(structure, blocks, level))
     return sorted(sets, key=lambda scales: scales.level)
 
 
@@ -129,13 +134,12 @@ class _Grid:
         if place == self.reference:
             return NumberScale(UNIT, block.outputs, block.inputs)
         left = self.exact[place][0]
-        candidates: Sequence[BlockScale]
+        logs = np.linalg.slogdet(left)[1] / block.outputs
+        fits = fit_scale(self.omega_rad_s, np.asarray(logs, dtype=float), weights, order)
+        candidates: list[BlockScale] = [NumberScale(fit, block.outputs, block.inputs) for fit in fits]
         if self.structure.is_matrix(block):
-            spectra = left.conj().swapaxes(1, 2) @ left
-            candidates = fit_matrix_scale(self.omega_rad_s, spectra, weights, order)
-        else:
-            fits = fit_scale(self.omega_rad_s, np.log(left[:, 0, 0].real), weights, order)
-            candidates = [NumberScale(fit, block.outputs, block.inputs) for fit in fits]
+            spectra = np.asarray(left.conj().swapaxes(1, 2) @ left)
+            candidates += fit_matrix_scale(self.omega_rad_s, spectra, weights, order)
         return min(candidates, key=lambda one: float(self._bound_with(place, one.response(self.omega_rad_s)).max()))
 
     def _bound_with(self, place: int, pair: Pair) -> Floats:

@@ -66,6 +66,8 @@ def test_each_bound_comes_with_its_witness(name: str, seed: int) -> None:
     np.testing.assert_allclose(bound.right @ delta, delta @ bound.left, rtol=1e-9, atol=1e-9 * np.abs(bound.left).max())
     np.testing.assert_allclose(bound.left, bound.left.conj().swapaxes(1, 2))
     assert np.linalg.eigvalsh(bound.left).min() > 0
+    logs = [np.linalg.slogdet(bound.left[:, row, row])[1] / (row.stop - row.start) for row in structure.rows]
+    np.testing.assert_allclose(np.sum(logs, axis=0), 0.0, atol=1e-9)
     assert np.all(lower <= bound.upper * (1.0 + 1e-10))
     for block, row, column in zip(structure.blocks, structure.rows, structure.columns, strict=True):
         part = delta[:, column, row]

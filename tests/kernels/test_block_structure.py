@@ -16,6 +16,9 @@ def test_blocks_follow_one_another() -> None:
     assert structure.columns == (slice(0, 2), slice(2, 5), slice(5, 6))
     assert structure.has_matrix
     assert not structure.is_scalar
+    numbers = structure.with_numbers
+    assert (numbers.rows, numbers.columns) == (structure.rows, structure.columns)
+    assert not numbers.has_matrix
 
 
 def test_repeated_once_is_a_number() -> None:

@@ -46,13 +46,13 @@ def _column() -> GeneralizedPlant:
     )
 
 
-def _rotor() -> GeneralizedPlant:
+def _rotor(spin: float, second_axis: float) -> GeneralizedPlant:
     """Two axes of a rotor on magnets, coupled gyroscopically, 1/m uncertain by 40 %; weights on y (4x2) and on u."""
-    spin = np.array([[0.0, 1.0], [-1.0, 0.0]])
+    gyro, rise = spin * np.array([[0.0, 1.0], [-1.0, 0.0]]), 0.5 * np.diag([1.0, second_axis])
     return _named(
         StateSpace(
-            np.block([[O2, I2, O2], [I2, spin, O2], [0.5 * I2, O2, -0.1 * I2]]),
-            np.block([[O2, O2, O2], [I2, O2, I2], [O2, 0.5 * I2, O2]]),
+            np.block([[O2, I2, O2], [I2, gyro, O2], [rise, O2, -0.1 * I2]]),
+            np.block([[O2, O2, O2], [I2, O2, I2], [O2, rise, O2]]),
             np.block([[0.4 * I2, O2, O2], [O2, O2, I2], [O2, O2, O2], [I2, O2, O2]]),
             np.block([[O2, O2, 0.4 * I2], [O2, O2, O2], [O2, O2, 0.1 * I2], [O2, I2, O2]]),
         )
@@ -88,15 +88,14 @@ def levels() -> dict[str, tuple[float, float, int]]:
         "full": (FullBlock(2, 2), PERFORMANCE),
         "repeated": (RepeatedBlock(2), PERFORMANCE),
     }
-    found = {}
+    found, plant = {}, _rotor(3.0, 0.2)
     for name, blocks in kinds.items():
         structure, omega = BlockStructure(blocks), np.geomspace(1e-2, 1e2, 30)
         dense = np.concatenate([[0.0], np.geomspace(1e-5, 1e5, 80), [np.inf]])
-        design = design_dk(
-            DkProblem(_rotor(), structure, 1.0, omega, dense), DkOptions(iterations=1, gamma_tolerance=5e-3)
-        )
+        problem = DkProblem(plant, structure, 1.0, omega, dense)
+        design = design_dk(problem, DkOptions(iterations=1, gamma_tolerance=5e-3))
         assert design.controller is not None
-        loop = _rotor().closed_by(design.controller)
+        loop = plant.closed_by(design.controller)
         assert loop.poles().real.max() < 0
         assert peak_mu(loop, structure, dense)[0] == pytest.approx(design.level, rel=1e-6)
         found[name] = design.level, design.statistics["first_peak_mu"], design.controller.order
@@ -111,7 +110,7 @@ def test_iterating_lowers_mu(levels: dict[str, tuple[float, float, int]]) -> Non
 
 
 def test_knowing_that_both_axes_have_one_mass_helps(levels: dict[str, tuple[float, float, int]]) -> None:
-    """A mass that is the same on both axes allows matrix scales, and a lower mu than an arbitrary 2x2 uncertainty."""
+    """Of a mass that is the same on both axes mu comes lower than of an arbitrary 2x2 uncertainty."""
     assert levels["repeated"][0] < levels["full"][0]
 
 
@@ -119,7 +118,7 @@ def test_matrix_scales_do_better_than_numbers() -> None:
     """The fitted scales of a repeated block prove a level that scalar ones cannot, and come near mu."""
     gain = -np.array([[2.0, 2.0], [-1.0, 5.0]])
     controller = StateSpace(-10.0 * I2, I2, 200.0 * I2, gain - 20.0 * I2)  # a lead on each axis
-    loop = _rotor().closed_by(controller)
+    loop = _rotor(1.0, 1.0).closed_by(controller)
     assert loop.poles().real.max() < 0
     omega = np.geomspace(1e-2, 1e2, 50)
     repeated, full = (BlockStructure((block, PERFORMANCE)) for block in (RepeatedBlock(2), FullBlock(2, 2)))
@@ -138,8 +137,8 @@ def test_refuses_what_it_cannot_iterate_with() -> None:
             DkOptions(**wrong)
     omega = np.geomspace(1e-2, 1e2, 20)
     with pytest.raises(NumericsError, match="block structure"):
-        DkProblem.over(_rotor(), BlockStructure((PERFORMANCE,)), omega)
-    rotor = _rotor().system
+        DkProblem.over(_rotor(1.0, 1.0), BlockStructure((PERFORMANCE,)), omega)
+    rotor = _rotor(1.0, 1.0).system
     free = _named(StateSpace(rotor.a, rotor.b, rotor.c, np.where(np.abs(rotor.d) < 0.9, 0.0, rotor.d)))
     design = design_dk(DkProblem.over(free, BlockStructure((RepeatedBlock(2), PERFORMANCE)), omega))
     assert design.status is Status.FAILED
