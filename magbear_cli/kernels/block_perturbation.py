@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from magbear_cli.kernels.block_scaling import BlockBound, block_upper_bound, require_fitting
 from magbear_cli.kernels.block_structure import BlockStructure
-from magbear_cli.kernels.structured_singular_value import balanced_combination, mu_lower_bound
+from magbear_cli.kernels.structured_singular_value import balanced_combination, mu_lower_bound, normalised, unit_phase
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -90,7 +90,7 @@ class _Search:
         blocks = zip(self.structure.blocks, self.structure.rows, self.structure.columns, strict=True)
         for block, row, column in blocks:
             if self.structure.is_matrix(block):
-                turn = _phase((a[:, row].conj() * w[:, column]).sum(axis=1))
+                turn = unit_phase((a[:, row].conj() * w[:, column]).sum(axis=1))
                 delta[:, column, row] = turn[:, None, None] * np.eye(block.outputs)
             else:
                 delta[:, column, row] = _direction(w[:, column])[:, :, None] * _direction(a[:, row]).conj()[:, None, :]
@@ -104,9 +104,9 @@ class _Search:
         adjoint = stack.conj().swapaxes(1, 2)
         w = b
         for _ in range(_POWER_STEPS):
-            a = _normalised((stack @ b[:, :, None])[:, :, 0])
+            a = normalised((stack @ b[:, :, None])[:, :, 0])
             z = self._carried(a, w, a_is_output=True)
-            w = _normalised((adjoint @ z[:, :, None])[:, :, 0])
+            w = normalised((adjoint @ z[:, :, None])[:, :, 0])
             b = self._carried(w, a, a_is_output=False)
         self.try_pair(rows, a, w)
 
@@ -117,7 +117,7 @@ class _Search:
         for block, row, column in blocks:
             mine, other = (row, column) if a_is_output else (column, row)
             if self.structure.is_matrix(block):
-                carried[:, mine] = _phase((w[:, other].conj() * a[:, mine]).sum(axis=1))[:, None] * w[:, other]
+                carried[:, mine] = unit_phase((w[:, other].conj() * a[:, mine]).sum(axis=1))[:, None] * w[:, other]
             else:
                 length = np.linalg.norm(w[:, other], axis=1)
                 carried[:, mine] = length[:, None] * _direction(a[:, mine])
@@ -136,19 +136,14 @@ def _start(number: int, v: Complexes) -> Complexes:
     if number < min(2, v.shape[2]):
         return np.asarray(v[:, :, number])
     turns = np.pi * (3.0 - np.sqrt(5.0)) * number * np.arange(1, v.shape[1] + 1) ** 2
-    return _normalised(np.broadcast_to(np.exp(1j * turns), v.shape[:2]))
+    return normalised(np.broadcast_to(np.exp(1j * turns), v.shape[:2]))
 
 
 def _turned(stack: Complexes, delta: Complexes) -> tuple[Floats, Complexes]:
     """Spectral radius of M Δ, and Δ turned so that the eigenvalue of that modulus is real and positive."""
     eigenvalues = np.linalg.eigvals(stack @ delta).astype(complex)
     largest = eigenvalues[np.arange(eigenvalues.shape[0]), np.abs(eigenvalues).argmax(axis=1)]
-    return np.abs(largest), delta * _phase(largest).conj()[:, None, None]
-
-
-def _phase(values: Complexes) -> Complexes:
-    modulus = np.abs(values)
-    return np.asarray(np.where(modulus > 0, values / np.where(modulus > 0, modulus, 1.0), 1.0 + 0j), dtype=complex)
+    return np.abs(largest), delta * unit_phase(largest).conj()[:, None, None]
 
 
 def _direction(vectors: Complexes) -> Complexes:
@@ -156,7 +151,3 @@ def _direction(vectors: Complexes) -> Complexes:
     length = np.linalg.norm(vectors, axis=1, keepdims=True)
     first = np.eye(1, vectors.shape[1], dtype=complex)
     return np.asarray(np.where(length > _TINY, vectors / np.maximum(length, _TINY), first), dtype=complex)
-
-
-def _normalised(vectors: Complexes) -> Complexes:
-    return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), _TINY), dtype=complex)

@@ -226,17 +226,18 @@ def _turned(stack: Complexes, delta: Complexes) -> tuple[Floats, Complexes]:
     eigenvalues = np.linalg.eigvals(stack * delta[:, None, :])
     widest = np.abs(eigenvalues).argmax(axis=1)
     largest: Complexes = eigenvalues[np.arange(widest.size), widest].astype(complex)[:, None]
-    return np.abs(largest[:, 0]), delta * _unit(largest).conj()
+    return np.abs(largest[:, 0]), delta * unit_phase(largest).conj()
 
 
-def _unit(values: Complexes) -> Complexes:
+def unit_phase(values: Complexes) -> Complexes:
+    """The numbers over their moduli; one for zero."""
     modulus = np.abs(values)
     return np.asarray(np.where(modulus > 0, values / np.where(modulus > 0, modulus, 1.0), 1.0 + 0j), dtype=complex)
 
 
 def _phases(u: Complexes, v: Complexes) -> Complexes:
     """The Δ with Δ u = v, where the moduli of u and v agree."""
-    return _unit(np.multiply(v, np.conj(u)))
+    return unit_phase(np.multiply(v, np.conj(u)))
 
 
 def balanced_combination(
@@ -285,12 +286,13 @@ def _power_iteration(stack: Complexes, start: Complexes) -> Complexes:
     adjoint = stack.conj().swapaxes(1, 2)
     delta, b, modulus = start, start, np.ones(start.shape)
     for _ in range(_POWER_STEPS):
-        a = _normalised((stack @ b[:, :, None])[:, :, 0])
-        w = _normalised((adjoint @ (_unit(a) * modulus)[:, :, None])[:, :, 0])
+        a = normalised((stack @ b[:, :, None])[:, :, 0])
+        w = normalised((adjoint @ (unit_phase(a) * modulus)[:, :, None])[:, :, 0])
         delta, modulus = _phases(a, w), np.abs(w)
         b = delta * a
     return delta
 
 
-def _normalised(vectors: Complexes) -> Complexes:
+def normalised(vectors: Complexes) -> Complexes:
+    """The rows (w, n) at length one; zero stays zero."""
     return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-300), dtype=complex)
