@@ -7,6 +7,8 @@ from typing import Any
 
 NAMED_OPTIONS = frozenset({"method", "order", "uncertainty", "minimise", "form", "source", "a", "b", "c", "d"})
 
+_WISHES = {"ks_peak": "least current", "step_current": "least step current"}
+
 
 def controller_name(controller: Mapping[str, Any]) -> str:
     """A name such as ``fixed_order 2, least current``, ``mu_convex, complex mu`` or ``stored (k.json)``."""
@@ -16,8 +18,8 @@ def controller_name(controller: Mapping[str, Any]) -> str:
         words = [f"stored ({controller.get('source', controller.get('path', ''))})"]
     if controller.get("uncertainty") == "complex":
         words.append("complex mu")
-    if controller.get("minimise") == "ks_peak":
-        words.append("least current")
+    if controller.get("minimise") in _WISHES:
+        words.append(_WISHES[controller["minimise"]])
     if controller.get("form") == "as_printed":
         words.append("as printed")
     return ", ".join(words)
