@@ -96,10 +96,10 @@ def _stored(_: ControlProblem, options: Inputs) -> Design:
 
 
 def _fixed_order(problem: ControlProblem, options: dict[str, Any]) -> Design:
-    order, max_order = options.pop("order"), options.pop("max_order")
-    if order == "auto":
-        return design_lowest_order(problem, FixedOrderOptions(**options), max_order)
-    return design_fixed_order(problem, FixedOrderOptions(order, **options))
+    known = {key: value for key, value in options.items() if key not in {"order", "max_order"}}
+    if options["order"] == "auto":
+        return design_lowest_order(problem, FixedOrderOptions(**known), options["max_order"])
+    return design_fixed_order(problem, FixedOrderOptions(options["order"], **known))
 
 
 METHODS: Mapping[str, Callable[[ControlProblem, dict[str, Any]], Design]] = {

@@ -66,7 +66,8 @@ def test_a_summary_is_complete_for_a_stable_loop(resolved: Resolve) -> None:
     """Every figure of a stable loop is a number; margins contain the loop as it is."""
     summary, frequency, poles = judge_loop(build_problem(resolved()), LEAD)
     missing = {field.name for field in fields(summary) if getattr(summary, field.name) is None}
-    assert missing == {"worst_case_proven", "lower_bound"}  # proofs are another's business
+    limits = {"omega_c_feasible_rad_s", "omega_c_infeasible_rad_s"}
+    assert missing == {"worst_case_proven", "lower_bound"} | limits  # proofs are another's business
     assert summary.gain_margin_low is not None
     assert summary.gain_margin_high is not None
     assert summary.gain_margin_low < 1.0 < summary.gain_margin_high
