@@ -35,6 +35,7 @@ from magbear_cli.synthesis.step_current import Instants, peak_step_current
 Floats = NDArray[np.float64]
 
 LOSS = 0.01  # of the current: the price of a simpler controller
+_HIDDEN = 0.02  # of the current: what may hide between the points of the search; the matrices' own figure is reported
 _PROVABLE = 0.9998  # of the level: what the matrices must keep to be proven without a grid
 _CONSTRAINED, _DENSE = 100, 1200  # frequencies at first, and those that judge
 _PER_DECADE = (20, 150)  # as many more of each a decade around the crossover
@@ -125,10 +126,10 @@ def find_least_current(
 
 
 def _chosen(found: Sequence[tuple[Candidate, LeastCurrent]]) -> LeastCurrent | None:
-    """The answer of the fewest states near the least cost, among those that meet the specification."""
-    meeting = [(candidate, answer) for candidate, answer in found if answer.meets]
-    least = min((candidate.cost for candidate, _ in meeting), default=np.inf)
-    return next((answer for candidate, answer in meeting if candidate.cost <= least * (1.0 + LOSS)), None)
+    """The answer of the fewest states near the least current, among those that meet the specification."""
+    meeting = [answer for _, answer in found if answer.meets]
+    least = min((answer.current for answer in meeting), default=np.inf)
+    return next((answer for answer in meeting if answer.current <= least * (1.0 + LOSS)), None)
 
 
 def _as_it_is(search: CurrentSearch, controller: StateSpace, full: Candidate) -> LeastCurrent:
@@ -168,7 +169,7 @@ def _over_few_poles(search: CurrentSearch, full: Candidate, crossover: float, ma
     """The best found with few states, then more and more, each at least as good as the one before.
 
     From the best of the fitted loops, and from the best that grew out of the one before; for the peak of |K S| the
-    better of both is enough.
+    better of both is enough, and for a step the second is taken where it begins below, or at the last.
     """
     best: Candidate | None = None
     for order in _orders(search.wish, max_order):
@@ -181,7 +182,7 @@ def _over_few_poles(search: CurrentSearch, full: Candidate, crossover: float, ma
         reached: list[Candidate] = []
         for group in groups:
             start = _best_start(search, group)
-            if start is not None and all(start.cost < other.cost for other in reached):
+            if start is not None and (order == max_order or all(start.cost < other.cost for other in reached)):
                 reached.append(search.polish(start))
         if reached:
             best = min(reached, key=lambda candidate: candidate.cost)
@@ -240,7 +241,7 @@ def _recomputed(search: CurrentSearch, candidate: Candidate, full: Candidate) ->
         return None
     level, current = _level(search, controller), peak_current(search.scaled, controller, search.wish)
     promised = candidate.peak_step if search.wish.kind == "step_current" else candidate.peak_ks
-    if level > max(1.001 * candidate.level, _PROVABLE) or current > 1.003 * promised:
+    if level > max(1.001 * candidate.level, _PROVABLE) or current > (1.0 + _HIDDEN) * promised:
         return None
     return _answer(search, (controller, current, level), full)
 
