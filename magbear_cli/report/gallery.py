@@ -10,6 +10,7 @@ from magbear_cli.report.least_current_figure import least_current_drawing
 from magbear_cli.report.limitation_figure import limitation_drawing
 from magbear_cli.report.limits_figure import limits_drawing
 from magbear_cli.report.mu_figure import mu_drawing
+from magbear_cli.report.orders_figure import orders_drawing
 from magbear_cli.report.poles_figure import poles_drawing
 from magbear_cli.report.sensitivity_figure import sensitivity_drawing
 from magbear_cli.report.series import Labels
@@ -57,7 +58,11 @@ def study_drawings(results: StudyResults, labels: Labels) -> Iterator[Drawing]:
     sweep = find_sweep(results.outcomes, labels) if "limitation" in wanted else None
     if sweep is not None:
         yield limitation_drawing(sweep)
-    yield from trade_off_drawings(results.outcomes, labels)
+    orders = orders_drawing(results.outcomes, labels)
+    if orders is None:
+        yield from trade_off_drawings(results.outcomes, labels)
+    else:
+        yield orders
     if "controller_gain" in wanted:
         yield from controller_gain_drawings(results.outcomes, labels)
 

@@ -94,7 +94,7 @@ def _shared(plates: Plates) -> tuple[list[Plate], list[Plate]]:
     """The figures about several cases: those that stand before the tables, and those about controllers."""
     shared = [plate for plate in plates.plates if plate.case_id is None]
     trade_offs = sum(plate.name.startswith("trade_off") for plate in shared)
-    limits = ("limits", "limitation", "least_current")
+    limits = ("limits", "limitation", "least_current", "orders")
     first = (*limits, "trade_off") if trade_offs <= MOST_TRADE_OFFS else limits
     before = [plate for plate in shared if plate.name.startswith(first)]
     return before, [plate for plate in shared if plate not in before]

@@ -15,8 +15,8 @@ from magbear_cli.spec.weights import WEIGHT_FORMS, Performance
 
 SMALLEST_KG, LARGEST_KG = 1e-6, 1e6
 SMALLEST_FACTOR, LARGEST_FACTOR = 1e-2, 1e2
-FIGURES = ("mu", "sensitivity", "controller_gain", "step", "poles", "limitation", "limits")
-Figure = Literal["mu", "sensitivity", "controller_gain", "step", "poles", "limitation", "limits"]
+FIGURES = ("mu", "sensitivity", "controller_gain", "step", "poles", "limitation", "limits", "orders")
+Figure = Literal["mu", "sensitivity", "controller_gain", "step", "poles", "limitation", "limits", "orders"]
 USUAL_FIGURES: list[Figure] = ["mu", "sensitivity", "controller_gain", "step"]
 
 
@@ -192,7 +192,7 @@ LISTS: dict[Path, int] = {  # keys that hold lists of scalars, whose entries may
     ("controller", "q"): 2,
     ("controller", "xi"): 2,
     ("simulate", "*", "masses_kg"): 100,
-    ("report", "figures"): 7,
+    ("report", "figures"): 8,
 }
 
 PARTS: dict[Path, str] = {
