@@ -1,4 +1,4 @@
-"""The limitation page: brackets over whatever is swept, the thesis's points, least current, and what few states lose."""
+"""The limitation page: brackets over whatever is swept, the thesis's points, current, and what few states lose."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def bracket(make_case: MakeCase) -> Bracket:
     """A function from a mass range, both sides and further inputs to a bracketed limit."""
 
     def make(
-        index: int, masses: tuple[float, float], sides: tuple[float | None, float | None], **more: Any
+        index: int, masses: tuple[float, float], sides: tuple[float | None, float | None], **more: dict[str, Any]
     ) -> CaseOutcome:
         case = make_case(index, mass_kg=masses, omega_c_rad_s=None, controller={"method": "limit"}, steps=False)
         inputs = dict(case.inputs)
