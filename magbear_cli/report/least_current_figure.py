@@ -13,6 +13,7 @@ from magbear_cli.report.numbers import mass_text, significant
 from magbear_cli.report.series import Labels, mass_ends_kg
 from magbear_cli.study.outcome import CaseOutcome
 
+BOUND = "current_lower_bound"  # statistic of the designs that have one, A/m
 STEP_M = 1e-5  # the current is told for a step of 10 µm
 
 
@@ -40,7 +41,8 @@ def least_current_drawing(outcomes: tuple[CaseOutcome, ...], labels: Labels) -> 
         name="least_current",
         title="Least current",
         caption="The smallest peak over frequency of the gain from command to current with which the specification is "
-        f"met, {limit}, for a command of 10 µm. Every controller is proven to meet it.",
+        f"met, {limit}, for a command of 10 µm. Every controller is proven to meet it; crosses are bounds by duality, "
+        "not proofs, below which no linear controller comes.",
         alt=f"Least peak of K S by {curves.axis}: {_spoken(curves)}.",
         figure=figure,
         columns=stacked(
@@ -51,6 +53,7 @@ def least_current_drawing(outcomes: tuple[CaseOutcome, ...], labels: Labels) -> 
                     "mass_low_kg": [mass_ends_kg(case)[0] for case in curve.cases],
                     "mass_high_kg": [mass_ends_kg(case)[1] for case in curve.cases],
                     "peak_ks_a_per_m": [case.summary.peak_ks_a_per_m for case in curve.cases],
+                    "bound_a_per_m": [case.statistics.get(BOUND) for case in curve.cases],
                     "order": [case.summary.order for case in curve.cases],
                 }
                 for curve in curves.curves
@@ -62,6 +65,7 @@ def least_current_drawing(outcomes: tuple[CaseOutcome, ...], labels: Labels) -> 
 def _draw(axes: Axes, curves: LimitCurves) -> None:
     top = 0.0
     for index, curve in enumerate(curves.curves):
+        last = index == len(curves.curves) - 1
         peaks = np.array([STEP_M * (case.summary.peak_ks_a_per_m or np.nan) for case in curve.cases])
         axes.plot(
             curve.values, peaks, color=COLOURS[index % len(COLOURS)], linestyle=DASHES[index % len(DASHES)],
@@ -70,6 +74,12 @@ def _draw(axes: Axes, curves: LimitCurves) -> None:
         axes.annotate(
             f"{significant(float(peaks[-1]))} A", (curve.values[-1], peaks[-1]), xytext=(6, 0), ha="left", va="center",
             textcoords="offset points", fontsize=7.5, color=COLOURS[index % len(COLOURS)],
+        )  # fmt: skip
+        bounds = np.array([STEP_M * case.statistics.get(BOUND, np.nan) for case in curve.cases])
+        told = "no linear controller below (bound)" if last and np.isfinite(bounds).any() else None
+        axes.plot(
+            curve.values, bounds, color=COLOURS[index % len(COLOURS)], linestyle="none", marker="x", markersize=5,
+            markeredgewidth=1.2, label=told,
         )  # fmt: skip
         top = max(top, float(peaks.max()))
     axes.set_ylim(0.0, 1.08 * top)

@@ -53,6 +53,8 @@ def design_mu_convex(problem: ControlProblem, options: MuConvexOptions) -> Desig
     """
     if options.minimise == "worst_case":
         return _least_level(problem, options)
+    if problem.mass.is_fixed:  # mu of a known mass is its worst case
+        options = replace(options, uncertainty="real")
     scaled, scaling = scale_problem(problem)
     prefilter = options.step_prefilter
     if prefilter is not None:
