@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from magbear_cli.errors import Status
+from magbear_cli.model.table import Table
 from magbear_cli.store.layout import (
     CASE_FIELDS,
     CONTROLLER,
@@ -21,6 +22,7 @@ from magbear_cli.store.layout import (
     TABLE_FIELDS,
     Group,
 )
+from magbear_cli.store.tables import grow_table, harvest_table
 from magbear_cli.store.tree import Branch, content_digest, grow_fields, grow_group, harvest_fields, lifted
 from magbear_cli.study.outcome import CaseOutcome, StudyResults, Summary
 
@@ -44,6 +46,9 @@ def grow_case(outcome: CaseOutcome) -> Branch:
         names = sorted(outcome.statistics)
         named = {"name": names, "value": [outcome.statistics[name] for name in names]}
         children["statistics"] = grow_fields(STATISTIC, named)
+    if outcome.tables:
+        tables = {name: grow_table(outcome.tables[name]) for name in sorted(outcome.tables)}
+        children["tables"] = Branch(tables, {"NX_class": "NXcollection"})
     attributes = {"NX_class": "NXentry"}
     if outcome.frequency is not None:
         attributes["default"] = FREQUENCY.name
@@ -71,6 +76,7 @@ def harvest_case(branch: Branch, index: int) -> CaseOutcome:
         summary=Summary(**harvest_fields(SUMMARY.fields, summary)),
         steps=tuple(_harvest(STEP, steps.branch(name)) for name in _counted(steps)),
         statistics=_harvest_statistics(branch),
+        tables=_harvest_tables(branch),
         **parts,
     )
 
@@ -83,7 +89,7 @@ def grow_study(results: StudyResults) -> Branch:
     told = {"key": names, "text": [results.provenance[name] for name in names]}
     study = {entry.name: getattr(results, entry.name) for entry in STUDY_FIELDS}
     provenance = {**grow_fields(STUDY_FIELDS, study).children, "toolchain": grow_fields(ORIGIN, told)}
-    top = {"cases": grow_table(outcomes), **cases, "provenance": Branch(provenance, {"NX_class": "NXcollection"})}
+    top = {"cases": grow_overview(outcomes), **cases, "provenance": Branch(provenance, {"NX_class": "NXcollection"})}
     sealed = {
         name: Branch(part.children, {**part.attributes, DIGEST: content_digest(part)}) for name, part in top.items()
     }
@@ -118,7 +124,7 @@ def harvest_study(root: Branch) -> StudyResults:
     )
 
 
-def grow_table(outcomes: Sequence[CaseOutcome]) -> Branch:
+def grow_overview(outcomes: Sequence[CaseOutcome]) -> Branch:
     """The table of the cases: one row a case, one column a figure."""
     table = lifted(TABLE_FIELDS, [_row(outcome) for outcome in outcomes], "case")
     return Branch(table.children, {"NX_class": "NXdata", "signal": "worst_case", "axes": "case"})
@@ -165,3 +171,10 @@ def _harvest_statistics(branch: Branch) -> Mapping[str, float]:
         return {}
     named = harvest_fields(STATISTIC, branch.branch("statistics"))
     return dict(zip(named["name"], named["value"].tolist(), strict=True))
+
+
+def _harvest_tables(branch: Branch) -> Mapping[str, Table]:
+    if "tables" not in branch.children:
+        return {}
+    tables = branch.branch("tables")
+    return {name: harvest_table(tables.branch(name)) for name in tables.children}

@@ -12,7 +12,7 @@ from enum import StrEnum
 from magbear_cli.lti.state_space import StateSpace
 from magbear_cli.study.outcome import FrequencyStudy, ImpossibilityProof, PoleStudy, StepOutcome, Summary
 
-LAYOUT_VERSION = 2  # raised when a dataset changes its name, unit, axes or meaning
+LAYOUT_VERSION = 3  # raised when a dataset changes its name, unit, axes or meaning
 
 
 class Kind(StrEnum):
@@ -209,6 +209,14 @@ STUDY_FIELDS = (
 STATISTIC = (
     Field("name", "name of the statistic", axes=("entry",), kind=Kind.TEXT),
     Field("value", "value of the statistic", "1", ("entry",)),
+)
+
+TABLE_TITLE = (Field("title", "what the table shows", kind=Kind.TEXT),)
+
+COLUMN = (
+    Field("name", "name of the column", axes=("entry",), kind=Kind.TEXT),
+    Field("unit", "unit of the column", axes=("entry",), kind=Kind.TEXT),
+    Field("long_name", "what the column holds", axes=("entry",), kind=Kind.TEXT),
 )
 
 ORIGIN = (

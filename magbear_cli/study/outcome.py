@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from magbear_cli.errors import Status
 from magbear_cli.lti.state_space import StateSpace
+from magbear_cli.model.table import Table
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -133,6 +134,7 @@ class CaseOutcome:
     steps: tuple[StepOutcome, ...] = ()
     statistics: Mapping[str, float] = field(default_factory=dict)
     impossibility: ImpossibilityProof | None = None
+    tables: Mapping[str, Table] = field(default_factory=dict)  # by name, what the method shows beside its controller
 
     @property
     def method(self) -> str:

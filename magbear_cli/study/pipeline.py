@@ -71,7 +71,7 @@ def _judged(outcome: CaseOutcome, problem: ControlProblem, design: Design) -> Ca
     statistics = dict(design.statistics)
     if design.controller is None:
         given_up = replace(outcome, status=design.status, sentence=design.sentence, summary=Summary(level=design.level))
-        return replace(given_up, statistics=statistics)
+        return replace(given_up, statistics=statistics, tables=design.tables)
     controller = design.controller
     summary, frequency, poles = judge_loop(problem, controller)
     verification = verify_controller(problem, controller, summary.worst_case)
@@ -94,6 +94,7 @@ def _judged(outcome: CaseOutcome, problem: ControlProblem, design: Design) -> Ca
         poles=poles,
         steps=_simulated(inputs, controller),
         statistics=statistics | {f"verification_{key}": value for key, value in verification.statistics.items()},
+        tables=design.tables,
     )
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from magbear_cli.errors import Status
 from magbear_cli.lti.state_space import StateSpace
+from magbear_cli.model.table import Table
 
 
 @dataclass(frozen=True)
@@ -17,7 +18,8 @@ class Design:
     ``status`` is ``ok`` when the method found what it sought, ``infeasible`` only with a proof, ``not_achieved`` when
     the method did not get there. ``level`` is the figure the method minimised, as the method itself believes it.
     ``statistics`` holds numbers for the log: iterations, residuals, grid sizes. ``claims_optimum``: the method holds
-    that no controller of any order has a much smaller worst case over the real mass range.
+    that no controller of any order has a much smaller worst case over the real mass range. ``tables`` holds, by name,
+    what the method has to show beside its controller: singular values, fits, loops it aimed at.
     """
 
     controller: StateSpace | None
@@ -26,3 +28,4 @@ class Design:
     level: float = float("nan")
     statistics: Mapping[str, float] = field(default_factory=dict)
     claims_optimum: bool = False
+    tables: Mapping[str, Table] = field(default_factory=dict)

@@ -13,6 +13,7 @@ from hypothesis.extra import numpy as hnp
 
 from magbear_cli.errors import Status
 from magbear_cli.lti.state_space import StateSpace
+from magbear_cli.model.table import Column, Table
 from magbear_cli.store.toolchain import Toolchain
 from magbear_cli.study.outcome import (
     CaseOutcome,
@@ -108,6 +109,15 @@ summaries = st.builds(
 
 
 @st.composite
+def tables(draw: st.DrawFn) -> Table:
+    """Tables of one to three columns, empty ones too."""
+    names = draw(st.lists(st.sampled_from(["omega_rad_s", "gain", "b2"]), min_size=1, max_size=3, unique=True))
+    n = draw(st.sampled_from([0, 1, 4, 200]))
+    columns = [Column(name, draw(arrays(n)), draw(st.sampled_from(["1", "A/m"])), f"the {name}") for name in names]
+    return Table(tuple(columns), draw(texts))
+
+
+@st.composite
 def case_outcomes(draw: st.DrawFn, index: int = 0) -> CaseOutcome:
     """Outcomes of every status, with and without each of their parts."""
     mass = draw(st.floats(0.1, 9.0) | st.tuples(st.floats(0.1, 1.0), st.floats(1.5, 9.0)).map(list))
@@ -127,6 +137,7 @@ def case_outcomes(draw: st.DrawFn, index: int = 0) -> CaseOutcome:
         steps=tuple(draw(st.lists(step_outcomes(), max_size=2))),
         statistics=draw(st.dictionaries(texts, st.floats(), max_size=3)),
         impossibility=draw(st.none() | impossibility_proofs()),
+        tables=draw(st.dictionaries(st.sampled_from(["hankel", "recovery_2"]), tables(), max_size=2)),
     )
 
 

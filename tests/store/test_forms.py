@@ -38,7 +38,7 @@ def test_every_part_of_an_outcome_is_stored() -> None:
     """Only the place in the study is not part of a stored case."""
     parts = {group.name for group in PARTS} | {entry.name for entry in CASE_FIELDS}
     known = {field.name for field in dataclasses.fields(CaseOutcome)}
-    assert known - parts == {"index", "summary", "steps", "statistics"}
+    assert known - parts == {"index", "summary", "steps", "statistics", "tables"}
 
 
 def test_names_and_axes_are_fit_for_every_reader() -> None:
