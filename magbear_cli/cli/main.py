@@ -18,7 +18,10 @@ from magbear_cli import __version__
 from magbear_cli.cli.output import settle_streams, silence, tell
 from magbear_cli.errors import ExitCode, MagbearError
 
-COMMANDS = ("run", "sweep", "limits", "check", "plan", "new", "schema", "show", "report", "compare", "verify", "doctor")
+COMMANDS = (
+    "run", "sweep", "limits", "reproduce", "check", "plan", "new", "schema", "show", "report", "compare", "verify",
+    "doctor",
+)  # fmt: skip
 
 
 class LateCommands(click.Group):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from magbear_cli.cli.options import usable_directory
 from magbear_cli.cli.output import put, put_json, tell
@@ -15,12 +15,22 @@ if TYPE_CHECKING:
     from magbear_cli.spec import Study
     from magbear_cli.store.run_directory import RunDirectory
     from magbear_cli.study.events import CaseEnded
-    from magbear_cli.study.outcome import StudyResults
+    from magbear_cli.study.outcome import CaseOutcome, StudyResults
     from magbear_cli.study.plan import Case
     from magbear_cli.study.runner import RunnerOptions
 
 
 Present = Callable[["StudyResults", Path, Path, "Request"], ExitCode]  # results, their path, the page's path
+
+
+class Keeper(Protocol):
+    """What keeps finished cases and a log of the run."""
+
+    def keep(self, outcome: CaseOutcome, /) -> None:
+        """Store a finished case for good."""
+
+    def log(self, event: str, **facts: object) -> None:
+        """Add a line to the log."""
 
 
 @dataclass(frozen=True)
@@ -72,8 +82,8 @@ def _work(
     for note in directory.notes:
         tell(f"note: {note}")
     directory.reserve(len(missing))
-    tell(_announcement(len(asked), len(missing), options.jobs))
-    interrupted = _compute(missing, options, directory, request)
+    tell(announcement(len(asked), len(missing), options.jobs))
+    interrupted = compute(missing, options, directory, request)
     results = directory.gather(cases, study.name, study.report)
     write_results(directory.results_path, results)
     if interrupted is not ExitCode.DONE:
@@ -107,7 +117,8 @@ def _asked(cases: tuple[Case, ...], only: Sequence[str]) -> tuple[Case, ...]:
     return tuple(case for case in cases if not only or any(case.id.startswith(wish) for wish in only))
 
 
-def _announcement(asked: int, missing: int, jobs: int) -> str:
+def announcement(asked: int, missing: int, jobs: int) -> str:
+    """What is about to be computed, in a line."""
     cases = f"{asked} case{'' if asked == 1 else 's'}"
     if not missing:
         return f"{asked} of {cases} reused, nothing to compute"
@@ -117,7 +128,7 @@ def _announcement(asked: int, missing: int, jobs: int) -> str:
     return f"{asked - missing} of {cases} reused, {missing} to compute, {at_a_time}"
 
 
-def _compute(missing: tuple[Case, ...], options: RunnerOptions, directory: RunDirectory, request: Request) -> ExitCode:
+def compute(missing: tuple[Case, ...], options: RunnerOptions, directory: Keeper, request: Request) -> ExitCode:
     """Run the missing cases and keep each as it ends; the code tells of a signal that stopped the run."""
     from magbear_cli.cli.progress import open_progress
     from magbear_cli.study.events import CaseEnded, CaseRetried, RunStopped

@@ -11,6 +11,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from magbear_cli.claims.ledger import JudgedClaim, tally
 from magbear_cli.study.naming import controller_name
 from magbear_cli.study.outcome import CaseOutcome, StepOutcome, StudyResults
 
@@ -29,6 +30,27 @@ def study_tables(results: StudyResults) -> str:
             if outcome.sentence:
                 console.print(Text(f"{outcome.case_id[:ID_SHOWN]} {outcome.status.value}: {outcome.sentence}"))
         _print_steps(console, results.outcomes)
+    return "\n".join(line.rstrip() for line in capture.get().splitlines())
+
+
+def ledger_table(claims: Sequence[JudgedClaim]) -> str:
+    """The ledger of the thesis's claims: one block a claim, and the tally."""
+    console = Console() if sys.stdout.isatty() else Console(width=PLAIN_WIDTH)
+    table = Table(box=None, pad_edge=False, padding=(0, 2, 1, 0), show_header=True, header_style="bold")
+    for name in ("id", "place"):
+        table.add_column(name, no_wrap=name == "id", max_width=18)
+    table.add_column("claim, printed, recomputed, verdict")
+    for claim in claims:
+        lines = (
+            claim.claim,
+            f"printed: {claim.printed}",
+            f"ours: {claim.finding.ours}",
+            f"{claim.finding.verdict.value}: {claim.finding.why}",
+        )
+        table.add_row(claim.id, claim.place, Text("\n".join(lines)))
+    with console.capture() as capture:
+        console.print(table)
+        console.print(Text(f"{len(claims)} claims: {tally(claims)}"))
     return "\n".join(line.rstrip() for line in capture.get().splitlines())
 
 

@@ -193,10 +193,15 @@ def plain(text: str, width: int) -> str:
     return textwrap.fill(text, width).replace("$", r"\$").replace("ω_c", r"$\omega_c$")
 
 
-def legend_below(figure: Figure, handles: Sequence[Artist], names: Sequence[str]) -> None:
-    """A legend in one row at the foot of the figure, where no curve can be under it."""
+def legend_below(figure: Figure, handles: Sequence[Artist], names: Sequence[str], columns: int | None = None) -> None:
+    """A legend in one row, or in columns, at the foot of the figure, where no curve can be under it."""
     figure.legend(
-        handles, names, loc="lower center", bbox_to_anchor=(0.5, 0.0), ncols=max(1, len(names)), columnspacing=1.8
+        handles,
+        names,
+        loc="lower center",
+        bbox_to_anchor=(0.5, 0.0),
+        ncols=columns or max(1, len(names)),
+        columnspacing=1.8,
     )
 
 

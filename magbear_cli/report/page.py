@@ -67,9 +67,9 @@ def render_page(results: StudyResults, labels: Labels, plates: Plates) -> str:
     """The HTML of the page."""
     own = [plate for plate in plates.plates if plate.case_id is not None]
     overview, controllers = _shared(plates)
-    return _template().render(
+    return page_template("page.html.j2").render(
         name=results.name,
-        style=Markup(_resource("page.css")),  # noqa: S704 - a file of this package
+        style=Markup(resource("page.css")),  # noqa: S704 - a file of this package
         headline=headline(results.outcomes),
         remarks=remarks(results, labels),
         letters=plates.letters,
@@ -127,10 +127,11 @@ def _section(row: tables.CaseRow, outcome: CaseOutcome, labels: Labels, plates: 
     )
 
 
-def _template() -> Template:
+def page_template(name: str) -> Template:
+    """A template of this package, with what every page uses."""
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     environment.filters["with_indices"] = _with_indices
-    return environment.from_string(_resource("page.html.j2"))
+    return environment.from_string(resource(name))
 
 
 def _with_indices(text: str) -> Markup:
@@ -138,5 +139,6 @@ def _with_indices(text: str) -> Markup:
     return Markup(str(escape(text)).replace("ω_c", "<i>ω</i><sub>c</sub>"))  # noqa: S704 - escaped the line above
 
 
-def _resource(name: str) -> str:
+def resource(name: str) -> str:
+    """The text of a file of this package."""
     return resources.files("magbear_cli.report").joinpath(name).read_text(encoding="utf-8")

@@ -5,17 +5,19 @@ from __future__ import annotations
 import contextlib
 import os
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
+from magbear_cli.claims.ledger import JudgedClaim
 from magbear_cli.errors import ResumableError
 from magbear_cli.report.matplotlib_home import settle_matplotlib_home
+from magbear_cli.spec.thesis import FigureEntry
 from magbear_cli.study.outcome import StudyResults
 
 PAGE = "index.html"
 FOLDERS = ("figures", "tables")
 _OURS = re.compile(
-    r"(mu|sensitivity|controller_gain|step|poles|limitation|limits|least_current|orders|trade_off)(-[A-Za-z0-9_]+)*\.(svg|png|pdf|csv)"
+    r"(mu|sensitivity|controller_gain|step|poles|limitation|limits|least_current|orders|trade_off|fig_\d_\d+)([-_][A-Za-z0-9_]+)*\.(svg|png|pdf|csv)"
 )
 
 
@@ -37,9 +39,42 @@ def write_report(results: StudyResults, directory: Path, *, progress: Callable[[
     settle_matplotlib_home()
     from magbear_cli.report.rendering import report_files  # noqa: PLC0415 - matplotlib looks for its home when imported
 
+    return _write_all(report_files(results), directory, progress)
+
+
+def write_ledger(
+    claims: Sequence[JudgedClaim],
+    figures: Sequence[FigureEntry],
+    studies: Mapping[str, StudyResults],
+    directory: Path,
+    *,
+    progress: Callable[[str], None] | None = None,
+) -> Path:
+    """Write the page of the thesis's claims with the counterparts of its figures, and answer its path.
+
+    Parameters
+    ----------
+    claims : the ledger
+    figures : what is drawn; each needs its studies among those given
+    studies : results by the name of their study
+    directory, progress : as for ``write_report``
+
+    Raises
+    ------
+    ResumableError
+        when the system refuses a file; an older page then stands as it was.
+    """
+    settle_matplotlib_home()
+    from magbear_cli.report.ledger_page import ledger_files  # noqa: PLC0415 - matplotlib looks for its home when imported
+
+    return _write_all(ledger_files(claims, figures, studies), directory, progress)
+
+
+def _write_all(files: Iterable[tuple[str, bytes]], directory: Path, progress: Callable[[str], None] | None) -> Path:
+    """Write the files below the directory and take away what an earlier report left there."""
     written: set[Path] = set()
     with _told_as_sentence(directory):
-        for name, content in report_files(results):
+        for name, content in files:
             path = directory / name
             path.parent.mkdir(parents=True, exist_ok=True)
             _write(path, content)
