@@ -6,6 +6,7 @@ m z̈ = k_z z + k_i u with k_z > 0: the bearing without control is unstable.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -102,6 +103,23 @@ def force_and_slopes(bearing: Bearing, position_m: Floats, current_a: Floats) ->
         2.0 * (pull_upper / above + pull_lower / below),
         2.0 * share * k0 * (field_upper / above + field_lower / below),
     )
+
+
+def force_in_floats(bearing: Bearing) -> Callable[[float, float], float]:
+    """The same force of one position (m) and one current (A), without the cost of arrays; NaN outside the gap."""
+    k0, bias, share, gap = (
+        bearing.force_constant_n_m2_per_a2, bearing.bias_current_a, bearing.current_share, bearing.air_gap_m,
+    )  # fmt: skip
+    least = 0.0 if bearing.current_law == CurrentLaw.HALF_SWITCHED else -np.inf
+
+    def force(position_m: float, current_a: float) -> float:
+        if not -gap < position_m < gap:
+            return np.nan
+        upper = max(bias + share * current_a, least) / (gap - position_m)
+        lower = max(bias - share * current_a, least) / (gap + position_m)
+        return k0 * (upper * upper - lower * lower)
+
+    return force
 
 
 def linearization(bearing: Bearing, position_m: float = 0.0, current_a: float = 0.0) -> Linearization:

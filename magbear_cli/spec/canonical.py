@@ -20,6 +20,7 @@ def canonical(case: Case) -> dict[str, Any]:
         "performance": _rational(case.performance),
         "bandwidth": None if bandwidth is None else bandwidth.model_dump(),
         "controller": case.controller.model_dump(),
+        "reduction": None if case.reduction is None else case.reduction.model_dump(),
         "simulate": [_scenario(scenario, case.mass_kg) for scenario in case.simulate or ()],
     }
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from magbear_cli.spec.methods import FixedOrder, Limit, MuConvex
+from magbear_cli.spec.methods import FixedOrder, Limit, MuConvex, OperatingRange
 from magbear_cli.spec.models import Case
 from magbear_cli.spec.nodes import Path
 from magbear_cli.spec.scenario import Scenario
@@ -66,9 +66,30 @@ def contradictions(case: Case) -> Iterator[Contradiction]:
             "controller.method limit seeks bandwidth.omega_c_rad_s itself, and the case gives one",
             "write bandwidth: null, or leave it out",
         )
+    yield from _of_a_question(case)
     masses = case.mass_kg if isinstance(case.mass_kg, list) else [case.mass_kg]
     for index, scenario in enumerate(case.simulate or ()):
         yield from _of_scenario(("simulate", str(index)), scenario, gap, masses)
+
+
+def _of_a_question(case: Case) -> Iterator[Contradiction]:
+    """What has no meaning where no controller is designed."""
+    method, gap = case.controller.method, case.bearing.air_gap_m
+    if isinstance(case.controller, OperatingRange):
+        if max(abs(position) for position in case.controller.position_m) >= gap:
+            yield Contradiction(
+                ("controller", "position_m"),
+                f"controller.position_m reaches beyond the air gap of {gap:g} m",
+                "the unit is m: 200 µm is 200.0e-6",
+            )
+        if case.simulate:
+            yield Contradiction(
+                ("simulate",), f"controller.method {method} gives no controller to simulate with", "leave simulate out"
+            )
+    if case.reduction is not None and isinstance(case.controller, OperatingRange | Limit):
+        yield Contradiction(
+            ("reduction",), f"controller.method {method} gives no controller to reduce", "leave reduction out"
+        )
 
 
 def _of_scenario(path: Path, scenario: Scenario, gap: float, masses: list[float]) -> Iterator[Contradiction]:

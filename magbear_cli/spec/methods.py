@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, Field, PlainValidator, WithJsonSchema
 
 from magbear_cli.spec.scenario import Prefilter
-from magbear_cli.spec.section import NonNegative, PartName, Positive, Section, Tiny, fault
+from magbear_cli.spec.section import Mass, NonNegative, Omega, PartName, Positive, Section, Signed, Tiny, fault
 
 
 def _not_all_zero(values: list[float]) -> list[float]:
@@ -18,6 +18,20 @@ def _not_all_zero(values: list[float]) -> list[float]:
 
 
 Pair = Annotated[list[NonNegative], Field(min_length=2, max_length=2), AfterValidator(_not_all_zero)]
+
+
+def _rising(ends: list[float]) -> list[float]:
+    """The ends of a range, unless it is turned inside out."""
+    if ends[0] > ends[1]:
+        raise fault("E114", f"begins at {ends[0]:g} and ends at {ends[1]:g}", "write [low, high]")
+    return ends
+
+
+Range = Annotated[list[Signed], Field(min_length=2, max_length=2), AfterValidator(_rising)]
+TwoPairs = Annotated[
+    list[Annotated[list[Signed], Field(min_length=2, max_length=2)]], Field(min_length=2, max_length=2)
+]
+_DIFFERENTIATOR = "Pole of the differentiator (rad/s); null: 1000 times the loop's fastest pole."
 
 
 def _legal_grid(grid: list[float]) -> list[float]:
@@ -50,23 +64,24 @@ class MuConvex(Section):
     )
 
 
-def _order(value: Any) -> int | str:  # noqa: ANN401 - the file may hold anything
-    """A number of states, or the word for seeking it."""
-    if value == "auto":
-        return "auto"
-    if isinstance(value, bool) or not isinstance(value, int):
-        raise fault("E104", "must be a whole number or auto", "write a number from 1 to 6, or auto")
-    if not 1 <= value <= LARGEST_ORDER:
-        raise fault("E105", f"must lie in 1 to {LARGEST_ORDER}", "write auto for the fewest states that are enough")
-    return value
+def order_or_auto(least: int, most: int) -> tuple[PlainValidator, WithJsonSchema]:
+    """What makes a key a number of states between two ends, or the word for seeking it."""
+
+    def legal(value: Any) -> int | str:  # noqa: ANN401 - the file may hold anything
+        if value == "auto":
+            return "auto"
+        if isinstance(value, bool) or not isinstance(value, int):
+            raise fault("E104", "must be a whole number or auto", f"write a number from {least} to {most}, or auto")
+        if not least <= value <= most:
+            raise fault("E105", f"must lie in {least} to {most}", "write auto for the fewest states that are enough")
+        return value
+
+    schema = {"anyOf": [{"type": "integer", "minimum": least, "maximum": most}, {"const": "auto"}]}
+    return PlainValidator(legal), WithJsonSchema(schema)
 
 
 LARGEST_ORDER = 6
-OrderOrAuto = Annotated[
-    Any,
-    PlainValidator(_order),
-    WithJsonSchema({"anyOf": [{"type": "integer", "minimum": 1, "maximum": LARGEST_ORDER}, {"const": "auto"}]}),
-]
+OrderOrAuto = Annotated[Any, *order_or_auto(1, LARGEST_ORDER)]
 
 
 class FixedOrder(Section):
@@ -142,6 +157,47 @@ class LqgLtr(Section):
     r: Tiny = Field(1e-10, description="Recovery's weight on the control current.")
 
 
+class PolePlacement(Section):
+    """Full-state feedback that puts both poles of the nominal rotor at a place; the speed is differentiated."""
+
+    method: Literal["pole_placement"]
+    omega_rad_s: Omega = Field(600.0, description="Natural frequency of the poles (rad/s).")
+    zeta: float = Field(1.0, ge=1e-3, le=1e3, description="Their damping ratio.")
+    derivative_rad_s: Omega | None = Field(None, description=_DIFFERENTIATOR)
+
+
+class Eigenstructure(Section):
+    """Full-state feedback with eigenvalues, and eigenvectors as near to wishes as one current allows."""
+
+    method: Literal["eigenstructure"]
+    eigenvalues_rad_s: TwoPairs = Field(
+        [[-500.0, 0.0], [-700.0, 0.0]], description="Two eigenvalues, [real, imaginary] each (rad/s)."
+    )
+    eigenvectors: TwoPairs = Field(
+        [[1.0, -500.0], [1.0, -700.0]], description="The wish for each, [position, speed] (m, m/s)."
+    )
+    derivative_rad_s: Omega | None = Field(None, description=_DIFFERENTIATOR)
+
+
+class Lqr(Section):
+    """Full-state feedback of least quadratic cost at the nominal mass; the speed is differentiated."""
+
+    method: Literal["lqr"]
+    q: Pair = Field([1.0, 1e-5], description="Diagonal of the weight on position (m) and velocity (m/s).")
+    r: Tiny = Field(3e-9, description="Weight on the control current (A).")
+    derivative_rad_s: Omega | None = Field(None, description=_DIFFERENTIATOR)
+
+
+class OperatingRange(Section):
+    """No controller: what a range of positions and currents does to the stiffness, told as a range of masses."""
+
+    method: Literal["operating_range"]
+    position_m: Range = Field([-2e-4, 2e-4], description="[low, high] of the rotor's position (m), inside the gap.")
+    current_a: Range = Field([0.0, 0.0], description="[low, high] of the control current (A).")
+    low_kg: Mass = Field(3.0, description="Lightest rotor of the equivalent range (kg).")
+    points: int = Field(41, ge=2, le=401, description="Positions and currents of the stored force surface.")
+
+
 class Stored(Section):
     """A controller that exists already, judged and simulated like the rest."""
 
@@ -154,8 +210,22 @@ class Stored(Section):
     case: str | None = Field(None, min_length=1, max_length=200, description="The case in it; null if it has one only.")
 
 
-METHODS: tuple[type[Section], ...] = (MuConvex, FixedOrder, Limit, Hinf, MuDk, Lqg, LqgLtr, Stored)
+METHODS: tuple[type[Section], ...] = (
+    MuConvex, FixedOrder, Limit, Hinf, MuDk, Lqg, LqgLtr, PolePlacement, Eigenstructure, Lqr, OperatingRange, Stored,
+)  # fmt: skip
 
 Controller = Annotated[
-    MuConvex | FixedOrder | Limit | Hinf | MuDk | Lqg | LqgLtr | Stored, Field(discriminator="method")
+    MuConvex
+    | FixedOrder
+    | Limit
+    | Hinf
+    | MuDk
+    | Lqg
+    | LqgLtr
+    | PolePlacement
+    | Eigenstructure
+    | Lqr
+    | OperatingRange
+    | Stored,
+    Field(discriminator="method"),
 ]

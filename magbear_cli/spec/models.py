@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, PlainValidator, WithJsonSchema
 
-from magbear_cli.spec.methods import METHODS, Controller
+from magbear_cli.spec.methods import METHODS, Controller, order_or_auto
 from magbear_cli.spec.nodes import Path
 from magbear_cli.spec.scalars import number_hint
 from magbear_cli.spec.scenario import Disturbance, Prefilter, Rotor, Scenario, Sensor
@@ -57,6 +57,18 @@ class Uncertain(Section):
     )
     factor: Annotated[list[float], Field(min_length=2, max_length=2), AfterValidator(_rising)] = Field(
         description="[low, high]: the parameter over the value that the bearing gives it."
+    )
+
+
+StatesKept = Annotated[Any, *order_or_auto(0, 200)]
+
+
+class Reduction(Section):
+    """Fewer states for whatever controller was designed; the loop is judged with what is left."""
+
+    order: StatesKept = Field("auto", description="States to keep, or auto: the fewest that keep what was reached.")
+    method: Literal["truncation", "residualisation"] = Field(
+        "truncation", description="Cut the weakest balanced states off, or put them at rest."
     )
 
 
@@ -133,6 +145,7 @@ class Case(Section):
     )
     bandwidth: Bandwidth | None = Field(None, description="W3 = s²/omega_c²; null or left out for no limit.")
     controller: Controller = Field(description="The synthesis method and its options.")
+    reduction: Reduction | None = Field(None, description="Order reduction after the design; null for none.")
     simulate: Annotated[list[Scenario], Field(min_length=1, max_length=100)] | None = Field(
         None, description="Responses to simulate with the controller."
     )
@@ -173,6 +186,7 @@ SECTIONS: dict[Path, tuple[type[Section], ...]] = {
     ("uncertain",): (Uncertain,),
     ("performance",): tuple(WEIGHT_FORMS.values()),
     ("bandwidth",): (Bandwidth,),
+    ("reduction",): (Reduction,),
     ("controller",): METHODS,
     ("controller", "step_prefilter"): (Prefilter,),
     ("simulate", "*"): (Scenario,),
@@ -191,6 +205,8 @@ LISTS: dict[Path, int] = {  # keys that hold lists of scalars, whose entries may
     ("performance", "den"): 21,
     ("controller", "q"): 2,
     ("controller", "xi"): 2,
+    ("controller", "position_m"): 2,
+    ("controller", "current_a"): 2,
     ("simulate", "*", "masses_kg"): 100,
     ("report", "figures"): 8,
 }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import textwrap
 from typing import Final
 
 from magbear_cli.errors import InputError
@@ -33,7 +34,8 @@ performance: {{dc_gain: 10, corner_rad_s: 200}}
 # The bound W3 = s^2/omega_c^2 on the complementary sensitivity T; leave it out for no limit.
 bandwidth: {{omega_c_rad_s: 20000}}
 
-# The synthesis method with its options: {methods}.
+# The synthesis method with its options:
+{methods}
 controller: {{method: mu_convex}}
 
 # Responses to simulate with each controller; masses_kg left out: the lowest, the nominal and the highest.
@@ -61,5 +63,5 @@ def template(name: str) -> str:
     """
     if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9._-]{0,79}", name):
         raise InputError(f"{quoted(name)} cannot name a study: use letters, digits, '.', '_' and '-'")
-    methods = ", ".join(method_names())
+    methods = textwrap.fill(", ".join(method_names()) + ".", 116, initial_indent="# ", subsequent_indent="# ")
     return _TEMPLATE.format(schema=SCHEMA_FILE, name=inline(name), methods=methods)

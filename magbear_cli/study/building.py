@@ -22,6 +22,14 @@ from magbear_cli.synthesis.lqg import LqgOptions, design_lqg
 from magbear_cli.synthesis.lqg_ltr import LqgLtrOptions, design_lqg_ltr
 from magbear_cli.synthesis.mu_convex import MuConvexOptions, design_mu_convex
 from magbear_cli.synthesis.mu_dk import MuDkOptions, design_mu_dk
+from magbear_cli.synthesis.state_feedback import (
+    EigenstructureOptions,
+    LqrOptions,
+    PolePlacementOptions,
+    design_eigenstructure,
+    design_lqr,
+    design_pole_placement,
+)
 
 Inputs = Mapping[str, Any]
 
@@ -79,6 +87,13 @@ def _tupled(options: Inputs) -> dict[str, Any]:
     return {key: tuple(value) if isinstance(value, list) else value for key, value in options.items()}
 
 
+def _eigenstructure(problem: ControlProblem, options: dict[str, Any]) -> Design:
+    pairs: dict[str, Any] = {
+        key: tuple(map(tuple, value)) if isinstance(value, list) else value for key, value in options.items()
+    }
+    return design_eigenstructure(problem, EigenstructureOptions(**pairs))
+
+
 def _mu_convex(problem: ControlProblem, options: dict[str, Any]) -> Design:
     prefilter = options.pop("step_prefilter", None)
     step_prefilter = None if prefilter is None else Prefilter(**prefilter)
@@ -109,6 +124,9 @@ METHODS: Mapping[str, Callable[[ControlProblem, dict[str, Any]], Design]] = {
     "mu_dk": lambda problem, options: design_mu_dk(problem, MuDkOptions(**_tupled(options))),
     "lqg": lambda problem, options: design_lqg(problem, LqgOptions(**_tupled(options))),
     "lqg_ltr": lambda problem, options: design_lqg_ltr(problem, LqgLtrOptions(**_tupled(options))),
+    "pole_placement": lambda problem, options: design_pole_placement(problem, PolePlacementOptions(**options)),
+    "eigenstructure": _eigenstructure,
+    "lqr": lambda problem, options: design_lqr(problem, LqrOptions(**_tupled(options))),
     "stored": _stored,
 }
 

@@ -22,11 +22,14 @@ from magbear_cli.study.building import (
 )
 from magbear_cli.study.judging import judge_loop, verdict, without_levels
 from magbear_cli.study.limits import bracket_limit
+from magbear_cli.study.operating_map import map_operating_range
 from magbear_cli.study.outcome import CaseOutcome, StepOutcome, Summary
 from magbear_cli.study.proving import SPECIFIED, prove_impossible, prove_lower_bound, verify_controller
+from magbear_cli.study.reduction import reduce_design
 from magbear_cli.synthesis.design import Design
 
 LIMIT = "limit"  # the method that seeks a bandwidth limit instead of meeting one
+OPERATING_RANGE = "operating_range"  # and the one that looks at the bearing alone
 
 
 def run_case(inputs: Mapping[str, Any], case_id: str, index: int) -> CaseOutcome:
@@ -46,7 +49,12 @@ def _computed(outcome: CaseOutcome) -> CaseOutcome:
     problem = build_problem(inputs)
     if inputs["controller"]["method"] == LIMIT:
         return _bracketed(outcome, problem)
+    if inputs["controller"]["method"] == OPERATING_RANGE:
+        statistics, tables = map_operating_range(build_bearing(inputs), inputs["controller"])
+        return replace(outcome, status=Status.OK, statistics=statistics, tables=tables)
     design = design_controller(problem, inputs["controller"])
+    if inputs.get("reduction") is not None:
+        design = reduce_design(problem, design, inputs["reduction"])
     return _with_impossibility(_judged(outcome, problem, design), problem, design)
 
 

@@ -250,7 +250,7 @@ def test_everything_that_is_wrong_is_told_at_once(refused: Refused) -> None:
     """Syntax-like faults of single values, unknown keys and wrong values come in one message, in order of lines."""
     text = (
         "magbear: 1\nnam: x\nbearing: thesis_thrust\nmass_kg: 010\nperformance: {dc_gain: 10, corner_rad_s: 0}\n"
-        "controller: {method: lqr}\nsimulate: [{step_m: 1e400}]\nsweep: {mas_kg: [1]}\n"
+        "controller: {method: lqx}\nsimulate: [{step_m: 1e400}]\nsweep: {mas_kg: [1]}\n"
     )
     problems = refused(text)
     assert [problem.line for problem in problems] == [2, 4, 5, 6, 7, 8]

@@ -29,6 +29,9 @@ CONTROLLERS: dict[str, dict[str, Any]] = {
     "fixed_order": {"order": 1, "max_order": 6, "uncertainty": "real", "minimise": "worst_case"},
     "hinf": {"gamma_tolerance": 1e-3, "form": "mended"},
     "lqg": {"q": [1.0, 1e-5], "r": 3e-9, "xi": 1.0, "theta": 1e-15},
+    "pole_placement": {"omega_rad_s": 600.0, "zeta": 1.0, "derivative_rad_s": None},
+    "lqr": {"q": [1.0, 1e-5], "r": 3e-9, "derivative_rad_s": None},
+    "operating_range": {"position_m": [-2e-4, 2e-4], "current_a": [0.0, 0.0], "low_kg": 3.0, "points": 41},
     "lqg_ltr": {"xi": [1e-7, 50.0], "theta": 8e-9, "q": [1e6, 1e-3], "r": 1e-10},
 }
 
@@ -56,6 +59,7 @@ def test_a_case_is_plain_json_with_every_default_filled_in() -> None:
             "minimise": "worst_case",
             "step_prefilter": None,
         },
+        "reduction": None,
         "simulate": [],
     }
 
