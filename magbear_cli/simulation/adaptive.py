@@ -279,7 +279,7 @@ def _statistics(run: _Run, outputs: Floats) -> dict[str, float]:
     return {
         "steps": float(run.steps),
         "switchings": float(run.switchings),
-        "adapting_share": run.adapting_s / run.time_s,
+        "adapting_share": float(run.adapting_s / run.time_s),
         "largest_error_m": largest(0.0),
         "tracking_error_m": largest(LATE),
         "third_quarter_error_m": largest(0.5, 0.75),

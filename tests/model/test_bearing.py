@@ -13,6 +13,7 @@ from magbear_cli.model.bearing import (
     CurrentLaw,
     balancing_current,
     coil_currents,
+    force_in_floats,
     gravity_current,
     linear_gravity_current,
     linearization,
@@ -121,3 +122,12 @@ def test_what_makes_no_sense_is_refused() -> None:
         balancing_current(BEARINGS[CurrentLaw.FULL], float("inf"))
     with pytest.raises(NumericsError, match="no current of the full law"):
         balancing_current(BEARINGS[CurrentLaw.FULL], -1000.0, 100e-6)
+
+
+@settings(deadline=None, max_examples=60)
+@given(laws, positions, currents)
+def test_one_force_in_floats_is_the_force_of_arrays(law: CurrentLaw, position: float, current: float) -> None:
+    """The force without arrays is that with them, and none outside the gap."""
+    force = force_in_floats(BEARINGS[law])
+    assert force(position, current) == pytest.approx(float(magnetic_force(BEARINGS[law], position, current)), rel=1e-12)
+    assert np.isnan(force(400e-6, current))
