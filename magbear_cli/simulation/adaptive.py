@@ -23,6 +23,7 @@ from magbear_cli.simulation.adaptive_loop import (
     COEFFICIENTS,
     MEASURED,
     MODEL,
+    MODEL_SPEED,
     SPEED,
     AdaptiveLoop,
     close_adaptive_loop,
@@ -85,8 +86,9 @@ def simulate_adaptive_step(bearing: Bearing, law: AdaptiveLaw, scenario: StepSce
     StepResponse; ``reference_m`` is the reference model's response. The law has no linear loop to show beside it, so
     that the linear curves are NaN: the law on the linearised force is a run of its own, ``model: linear``. The step
     is settled relative to the last position, as the law comes to rest anywhere within its sphere. ``statistics``
-    holds the tracking errors |x_m − y| of the whole run and of its second half, the same of its third and fourth
-    quarters, the number of switchings, the part of the time spent adapting, and the final coefficients.
+    holds the tracking errors |x_m − y| of the whole run and of its second half, the same and those of the speed in
+    its third and fourth quarters, the number of switchings, the part of the time spent adapting, and the estimate at
+    the end.
 
     Raises
     ------
@@ -270,11 +272,12 @@ def _measured(run: _Run, position_m: PPoly, peak_current_a: float) -> tuple[Step
 def _statistics(run: _Run, outputs: Floats) -> dict[str, float]:
     """The tracking errors at the knots, and how often the adaptation was switched."""
     error = np.abs(outputs[:, MODEL] - outputs[:, MEASURED])
+    speed = np.abs(outputs[:, MODEL_SPEED] - outputs[:, SPEED])
     times = np.array(run.starts)[:, None] + np.array(run.widths)[:, None] * knots()
 
-    def largest(begin: float, end: float = 1.0) -> float:
+    def largest(begin: float, end: float = 1.0, of: Floats = error) -> float:
         inside = (times >= begin * run.time_s) & (times <= end * run.time_s)
-        return float(error[inside].max(initial=0.0))
+        return float(of[inside].max(initial=0.0))
 
     return {
         "steps": float(run.steps),
@@ -284,6 +287,8 @@ def _statistics(run: _Run, outputs: Floats) -> dict[str, float]:
         "tracking_error_m": largest(LATE),
         "third_quarter_error_m": largest(0.5, 0.75),
         "fourth_quarter_error_m": largest(0.75),
+        "third_quarter_speed_error_m_per_s": largest(0.5, 0.75, speed),
+        "fourth_quarter_speed_error_m_per_s": largest(0.75, 1.0, speed),
         "estimate_constant_a": float(run.state[-3]),
         "estimate_position_a_per_m": float(run.state[-2]),
         "estimate_speed_a_s_per_m": float(run.state[-1]),

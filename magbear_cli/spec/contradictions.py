@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from magbear_cli.spec.adaptation import AdaptiveLaw, AdaptiveLfe, AdaptiveLimit
 from magbear_cli.spec.methods import FixedOrder, Limit, MuConvex, OperatingRange
 from magbear_cli.spec.models import Case
 from magbear_cli.spec.nodes import Path
@@ -86,9 +87,33 @@ def _of_a_question(case: Case) -> Iterator[Contradiction]:
             yield Contradiction(
                 ("simulate",), f"controller.method {method} gives no controller to simulate with", "leave simulate out"
             )
-    if case.reduction is not None and isinstance(case.controller, OperatingRange | Limit):
+    yield from _of_adaptation(case)
+    if case.reduction is not None and isinstance(case.controller, OperatingRange | Limit | AdaptiveLaw):
         yield Contradiction(
             ("reduction",), f"controller.method {method} gives no controller to reduce", "leave reduction out"
+        )
+
+
+def _of_adaptation(case: Case) -> Iterator[Contradiction]:
+    """What no adaptive law can have, and no search for its gain."""
+    law = case.controller
+    if not isinstance(law, AdaptiveLfe | AdaptiveLimit):
+        return
+    if law.sigma_m > law.rho_m:
+        yield Contradiction(
+            ("controller", "sigma_m"),
+            f"controller.sigma_m is {law.sigma_m:g} m, more than controller.rho_m, {law.rho_m:g} m",
+            "the adaptation ends at rho - sigma",
+        )
+    if isinstance(law, AdaptiveLimit) and not law.low < law.high:
+        yield Contradiction(
+            ("controller", "high"), "controller.high is not above controller.low", "give the search room"
+        )
+    if isinstance(law, AdaptiveLimit) and not case.simulate:
+        yield Contradiction(
+            ("controller", "method"),
+            "controller.method adaptive_limit looks at simulated runs, and the case has none",
+            "add an entry to simulate",
         )
 
 

@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, PlainValidator, WithJsonSchema
 
+from magbear_cli.spec.adaptation import AdaptiveLfe, AdaptiveLimit
 from magbear_cli.spec.scenario import Prefilter
 from magbear_cli.spec.section import Mass, NonNegative, Omega, PartName, Positive, Section, Signed, Tiny, fault
 
@@ -211,7 +212,8 @@ class Stored(Section):
 
 
 METHODS: tuple[type[Section], ...] = (
-    MuConvex, FixedOrder, Limit, Hinf, MuDk, Lqg, LqgLtr, PolePlacement, Eigenstructure, Lqr, OperatingRange, Stored,
+    MuConvex, FixedOrder, Limit, Hinf, MuDk, Lqg, LqgLtr, PolePlacement, Eigenstructure, Lqr, AdaptiveLfe,
+    AdaptiveLimit, OperatingRange, Stored,
 )  # fmt: skip
 
 Controller = Annotated[
@@ -225,6 +227,8 @@ Controller = Annotated[
     | PolePlacement
     | Eigenstructure
     | Lqr
+    | AdaptiveLfe
+    | AdaptiveLimit
     | OperatingRange
     | Stored,
     Field(discriminator="method"),

@@ -205,6 +205,7 @@ LISTS: dict[Path, int] = {  # keys that hold lists of scalars, whose entries may
     ("performance", "den"): 21,
     ("controller", "q"): 2,
     ("controller", "xi"): 2,
+    ("controller", "gain"): 2,
     ("controller", "position_m"): 2,
     ("controller", "current_a"): 2,
     ("simulate", "*", "masses_kg"): 100,

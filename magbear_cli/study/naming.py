@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-NAMED_OPTIONS = frozenset({"method", "order", "uncertainty", "minimise", "form", "source", "a", "b", "c", "d"})
+NAMED_OPTIONS = frozenset(
+    {"method", "order", "uncertainty", "minimise", "form", "gamma", "trigger", "source", "a", "b", "c", "d"}
+)
 
 _WISHES = {"ks_peak": "least current", "step_current": "least step current"}
 
@@ -16,6 +18,10 @@ def controller_name(controller: Mapping[str, Any]) -> str:
     words = [f"fixed_order {controller['order']}" if method == "fixed_order" else method]
     if method == "stored":
         words = [f"stored ({controller.get('source', controller.get('path', ''))})"]
+    if method == "adaptive_lfe":
+        words.append(f"γ = {controller['gamma']:.4g}")
+    if controller.get("trigger") == "state":
+        words.append("trigger on the state")
     if controller.get("uncertainty") == "complex":
         words.append("complex mu")
     if controller.get("minimise") in _WISHES:

@@ -2,34 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from magbear_cli.errors import NumericsError, Status
 from magbear_cli.lti.state_space import StateSpace
+from magbear_cli.model.bearing import Bearing
 from magbear_cli.model.problem import ControlProblem
+from magbear_cli.simulation.scenario import StepScenario
 from magbear_cli.simulation.step import StepResponse, simulate_step
+from magbear_cli.study.adaptation import adaptive_case, adaptive_limit_case
 from magbear_cli.study.building import (
     build_bearing,
     build_limit_options,
     build_problem,
-    build_scenario,
     design_controller,
-    scenario_entries,
 )
 from magbear_cli.study.judging import judge_loop, verdict, without_levels
 from magbear_cli.study.limits import bracket_limit
 from magbear_cli.study.operating_map import map_operating_range
-from magbear_cli.study.outcome import CaseOutcome, StepOutcome, Summary
+from magbear_cli.study.outcome import CaseOutcome, Summary
 from magbear_cli.study.proving import SPECIFIED, prove_impossible, prove_lower_bound, verify_controller
 from magbear_cli.study.reduction import reduce_design
+from magbear_cli.study.simulating import simulated
 from magbear_cli.synthesis.design import Design
-
-LIMIT = "limit"  # the method that seeks a bandwidth limit instead of meeting one
-OPERATING_RANGE = "operating_range"  # and the one that looks at the bearing alone
 
 
 def run_case(inputs: Mapping[str, Any], case_id: str, index: int) -> CaseOutcome:
@@ -47,11 +47,9 @@ def run_case(inputs: Mapping[str, Any], case_id: str, index: int) -> CaseOutcome
 def _computed(outcome: CaseOutcome) -> CaseOutcome:
     inputs = outcome.inputs
     problem = build_problem(inputs)
-    if inputs["controller"]["method"] == LIMIT:
-        return _bracketed(outcome, problem)
-    if inputs["controller"]["method"] == OPERATING_RANGE:
-        statistics, tables = map_operating_range(build_bearing(inputs), inputs["controller"])
-        return replace(outcome, status=Status.OK, statistics=statistics, tables=tables)
+    question = QUESTIONS.get(inputs["controller"]["method"])
+    if question is not None:
+        return question(outcome, problem)
     design = design_controller(problem, inputs["controller"])
     if inputs.get("reduction") is not None:
         design = reduce_design(problem, design, inputs["reduction"])
@@ -100,7 +98,7 @@ def _judged(outcome: CaseOutcome, problem: ControlProblem, design: Design) -> Ca
         controller=controller,
         frequency=frequency,
         poles=poles,
-        steps=_simulated(inputs, controller),
+        steps=tuple(step for step, _ in simulated(inputs, partial(_step, controller))),
         statistics=statistics | {f"verification_{key}": value for key, value in verification.statistics.items()},
         tables=design.tables,
     )
@@ -128,63 +126,19 @@ def _with_impossibility(outcome: CaseOutcome, problem: ControlProblem, design: D
     return replace(proven, status=Status.INFEASIBLE, sentence=sentence)
 
 
-def _simulated(inputs: Mapping[str, Any], controller: StateSpace) -> tuple[StepOutcome, ...]:
-    """Every run of the case; one that cannot begin says why and stops none of the others."""
-    bearing = build_bearing(inputs)
-    method = str(inputs["controller"]["method"])
-    steps = []
-    for entry in scenario_entries(inputs):
-        try:
-            response = simulate_step(bearing, controller, build_scenario(entry, inputs["operating_point"]))
-        except NumericsError as error:
-            steps.append(_not_begun(entry, method, str(error)))
-        else:
-            steps.append(_ended(entry, method, response))
-    return tuple(steps)
+def _step(controller: StateSpace, bearing: Bearing, scenario: StepScenario) -> StepResponse:
+    return simulate_step(bearing, controller, scenario)
 
 
-def _ended(entry: Mapping[str, Any], method: str, response: StepResponse) -> StepOutcome:
-    return StepOutcome(
-        mass_kg=entry["mass_kg"],
-        step_m=entry["step_m"],
-        model=entry["model"],
-        controller=method,
-        scenario=entry,
-        end=str(response.end),
-        sentence=response.sentence,
-        settling_time_s=response.metrics.settling_time_s,
-        overshoot=response.metrics.overshoot,
-        rise_time_s=response.metrics.rise_time_s,
-        peak_current_a=response.metrics.peak_current_a,
-        final_error_m=response.metrics.final_error_m,
-        time_s=response.time_s,
-        position_m=response.position_m,
-        current_a=response.current_a,
-        reference_m=response.reference_m,
-        linear_position_m=response.linear_position_m,
-        linear_current_a=response.linear_current_a,
-    )
+def _mapped(outcome: CaseOutcome, _: ControlProblem) -> CaseOutcome:
+    """What an operating range does to the bearing; there is no controller in it."""
+    statistics, tables = map_operating_range(build_bearing(outcome.inputs), outcome.inputs["controller"])
+    return replace(outcome, status=Status.OK, statistics=statistics, tables=tables)
 
 
-def _not_begun(entry: Mapping[str, Any], method: str, sentence: str) -> StepOutcome:
-    nothing = np.empty(0)
-    return StepOutcome(
-        mass_kg=entry["mass_kg"],
-        step_m=entry["step_m"],
-        model=entry["model"],
-        controller=method,
-        scenario=entry,
-        end="not_begun",
-        sentence=sentence,
-        settling_time_s=None,
-        overshoot=None,
-        rise_time_s=None,
-        peak_current_a=None,
-        final_error_m=None,
-        time_s=nothing,
-        position_m=nothing,
-        current_a=nothing,
-        reference_m=nothing,
-        linear_position_m=nothing,
-        linear_current_a=nothing,
-    )
+QUESTIONS: Mapping[str, Callable[[CaseOutcome, ControlProblem], CaseOutcome]] = {  # answered without a linear design
+    "limit": _bracketed,
+    "operating_range": _mapped,
+    "adaptive_lfe": adaptive_case,
+    "adaptive_limit": adaptive_limit_case,
+}

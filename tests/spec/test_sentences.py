@@ -180,6 +180,23 @@ def test_a_limit_that_is_sought_is_not_given(refused: Refused, spoiled: Spoiled)
 
 
 @pytest.mark.parametrize(
+    ("controller", "words"),
+    [
+        ("{method: adaptive_lfe, sigma_m: 2e-6}", "more than controller.rho_m"),
+        ("{method: adaptive_limit, low: 1e9, high: 1e8}", "not above controller.low"),
+        ("{method: adaptive_limit}", "the case has none"),
+    ],
+)
+def test_an_adaptive_law_agrees_with_itself(refused: Refused, controller: str, words: str) -> None:
+    """A sphere turned inside out and a search without room or without runs are refused."""
+    base = "magbear: 1\nname: a\nbearing: thesis_thrust\nmass_kg: 2\nperformance: thesis_slow\n"
+    runs = "" if controller.endswith("limit}") else "simulate: [{step_m: 1e-5}]\n"
+    (problem,) = refused(f"{base}controller: {controller}\n{runs}")
+    assert problem.code == "E114"
+    assert words in problem.sentence
+
+
+@pytest.mark.parametrize(
     ("sweep", "code", "words"),
     [
         ("3", "E104", "mapping"),
