@@ -48,26 +48,23 @@ def achievable_performance(evidence: Evidence) -> Finding:
 def bandwidth_needed(evidence: Evidence) -> Finding:
     """C17 to C19: the smallest ω_c for a range of masses, by the procedure and by proof."""
     procedure, limit = evidence.all("procedure"), evidence.one("limit")
+    others = evidence.all("settings") if "settings" in evidence.cases else []
     best, simple = evidence.one("best"), evidence.one("simple")
     feasible, impossible = (limit.figure(f"omega_c_{side}_rad_s") for side in ("feasible", "infeasible"))
     met = [case for case in procedure if peak(case) <= 1.0]
     smallest = min((float(case.outcome.omega_c_rad_s or np.inf) for case in met), default=np.inf)
-    own = f"needs {told(smallest, 6)}" if np.isfinite(smallest) else "stays above 1 everywhere"
+    least = min(peak(case) for case in procedure)
+    own = f"needs {told(smallest, 6)}" if np.isfinite(smallest) else f"gets down to mu {told(least)} and not below 1"
     ours = (
         f"mu {told(peak(best))} for {mass_text(best)} kg at {told(best.outcome.omega_c_rad_s or 0.0, 6)} rad/s, "
         f"{told(peak(simple))} with one state; the limit lies between {told(impossible)} (proven impossible) and "
         f"{told(feasible)} rad/s (proven met); the procedure {own}"
     )
-    printed = evidence.printed["omega_c_rad_s"]
+    printed, listing = evidence.printed["omega_c_rad_s"], variants([*procedure, *others])
     if feasible < printed * (1.0 - evidence.tolerance["omega_c"]) and limit.figure("verified"):
-        own = (
-            ""
-            if np.isfinite(smallest)
-            else "; the procedure itself, as printed, does not get below 1 with any setting tried"
-        )
-        why = f"{told(feasible)} rad/s is enough, proven; {told(printed, 6)} is the procedure's{own}"
-        return Finding(ours, Verdict.SUPERSEDED, why, variants(procedure))
-    return Finding(ours, Verdict.CONFIRMED, "no controller is proven to need less", variants(procedure))
+        why = f"{told(feasible)} rad/s is enough, proven; {told(printed, 6)} is a limit of the procedure, which {own}"
+        return Finding(ours, Verdict.SUPERSEDED, why, listing)
+    return Finding(ours, Verdict.CONFIRMED, "no controller is proven to need less", listing)
 
 
 JUDGES: Mapping[str, Callable[[Evidence], Finding]] = {

@@ -20,6 +20,7 @@ Floats = NDArray[np.float64]
 Where = Mapping[str, Any]
 
 NEAR = 1e-9  # relative: numbers of a selection and of a case that count as the same
+CALM = 1e-3  # of the largest excursion: what swings less has come to rest
 ANY = "any"  # of a selected key: whatever is there, but not nothing
 
 
@@ -177,6 +178,26 @@ class Run:
         """Whether it went to its end within the gap."""
         self._note("end")
         return self.step.end == "finished"
+
+    @property
+    def is_stable(self) -> bool:
+        """Whether it went to its end, and its last fifth swings no wider than the fifth before."""
+        if not self.ended_well:
+            return False
+        time, position = self.curve("time_s"), self.curve("position_m")
+        parts = [position[(time >= begin * time[-1]) & (time <= (begin + 0.2) * time[-1])] for begin in (0.6, 0.8)]
+        before, last = (float(np.ptp(part)) for part in parts)
+        return last <= before or last <= CALM * float(np.abs(position).max())
+
+    def settled_s(self, band: float) -> float:
+        """When it stays within a band of its step, a part of the step, for good; infinite when it does not."""
+        if not self.ended_well:
+            return np.inf
+        time, distance = self.curve("time_s"), np.abs(self.curve("position_m") / self.step.step_m - 1.0)
+        outside = np.flatnonzero(distance > band)
+        if not outside.size:
+            return 0.0
+        return float(time[outside[-1] + 1]) if outside[-1] + 1 < time.size else np.inf
 
     def figure(self, name: str) -> float:
         """A figure of the run; infinite where it has none because the run ended early or did not settle."""

@@ -11,13 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magbear_cli.claims.evidence import is_like
+from magbear_cli.model.table import Table
 from magbear_cli.report.canvas import decibel
 from magbear_cli.report.numbers import MICROMETRES, MILLISECONDS, kilograms, shortest
+from magbear_cli.report.series import mass_ends_kg
 from magbear_cli.spec.thesis import FigureEntry, Panel
 from magbear_cli.study.outcome import CaseOutcome, FrequencyStudy, StepOutcome, StudyResults
 
 Floats = NDArray[np.float64]
 
+_TEN_MICROMETRES_M = 1e-5
 _SLOT = re.compile(r"\{([A-Za-z0-9_.]+)\}")
 
 
@@ -55,12 +58,20 @@ SCALES: Mapping[str, Scale] = {
     "controller_gain": Scale(FREQUENCY_LABEL, "|K| (dB re 1 A/m)", "omega_rad_s", "controller_gain_db"),
     "position": Scale(TIME_LABEL, "position (µm)", "time_ms", "position_um"),
     "current": Scale(TIME_LABEL, "control current (A)", "time_ms", "current_a"),
+    "singular_value": Scale(FREQUENCY_LABEL, "largest singular value (dB)", "omega_rad_s", "singular_value_db", 0.0),
+    "reference": Scale(TIME_LABEL, "command (µm)", "time_ms", "reference_um"),
+    "peak_gain": Scale("width of the mass range (kg)", "largest |K| (dB re 1 A/m)", "width_kg", "peak_gain_db"),
+    "peak_control_sensitivity": Scale(
+        "width of the mass range (kg)", "largest |K S| (A per 10 µm)", "width_kg", "peak_control_sensitivity_a"
+    ),
     "error": Scale(TIME_LABEL, "error (µm)", "time_ms", "error_um"),
 }
 
 
 def lines_of(quantity: str, entry: FigureEntry, panel: Panel, studies: Mapping[str, StudyResults]) -> list[Line]:
     """The curves of one panel, in the order of the cases asked for; a bound that several share stands once."""
+    if quantity in _OVER_CASES:
+        return _over_cases(quantity, panel, studies)
     found: dict[tuple[bool, str, bytes], Line] = {}
     for outcome in chosen_cases(panel, studies):
         for line in _of_case(quantity, entry, panel, outcome):
@@ -95,11 +106,46 @@ def _of_table(entry: FigureEntry, panel: Panel, outcome: CaseOutcome) -> Iterato
     if table is None:
         return
     across = entry.across or table.columns[0].name
+    if entry.by is not None:
+        yield from _split(entry, table, across)
+        return
     name = filled(panel.label, {}, outcome.inputs)
     for column in table.columns:
         if column.name in entry.curves or (not entry.curves and column.name != across):
             own = column.long_name if len(entry.curves) != 1 else ""
             yield Line(", ".join(part for part in (name, own) if part), table[across], column.values)
+
+
+def _split(entry: FigureEntry, table: Table, across: str) -> Iterator[Line]:
+    """A table in long form: a curve for each of at most five values of one column, evenly spaced among them."""
+    key = next(column for column in table.columns if column.name == entry.by)
+    values = np.unique(key.values)
+    for value in values[np.unique(np.linspace(0, values.size - 1, 5).round().astype(int))]:
+        rows = key.values == value
+        scale, unit = (MICROMETRES, "µm") if key.unit == "m" else (1.0, key.unit)
+        name = f"{key.long_name} {shortest(float(f'{scale * value:.6g}'))} {unit}"
+        yield Line(name, table[across][rows], table[entry.curves[0]][rows])
+
+
+def _over_cases(quantity: str, panel: Panel, studies: Mapping[str, StudyResults]) -> list[Line]:
+    """One point a case, one curve a name; cases without the figure are left out."""
+    points: dict[str, list[tuple[float, float]]] = {}
+    for outcome in chosen_cases(panel, studies):
+        value = _OVER_CASES[quantity](outcome)
+        low, high = mass_ends_kg(outcome)
+        if value is not None and np.isfinite(value):
+            points.setdefault(filled(panel.label, {}, outcome.inputs), []).append((high - low, value))
+    return [Line(name, *np.array(sorted(found)).T) for name, found in points.items()]
+
+
+def _peak_gain(outcome: CaseOutcome) -> float | None:
+    gain = outcome.summary.peak_gain_a_per_m
+    return None if gain is None else float(decibel(np.array([gain]))[0])
+
+
+def _peak_control_sensitivity(outcome: CaseOutcome) -> float | None:
+    peak = outcome.summary.peak_ks_a_per_m
+    return None if peak is None else _TEN_MICROMETRES_M * peak
 
 
 def _mu(panel: Panel, outcome: CaseOutcome, study: FrequencyStudy) -> Iterator[Line]:
@@ -148,8 +194,20 @@ def _error(name: str, step: StepOutcome) -> Iterator[Line]:
     yield Line(name, MILLISECONDS * step.time_s, MICROMETRES * (step.reference_m - step.position_m))
 
 
+def _singular_value(panel: Panel, outcome: CaseOutcome, study: FrequencyStudy) -> Iterator[Line]:
+    """Of [W1 S; W3 T], for the first mass."""
+    performance = study.performance_bound * np.abs(study.sensitivity[0])
+    bandwidth = study.bandwidth_bound * np.abs(study.complementary_sensitivity[0])
+    yield Line(filled(panel.label, {}, outcome.inputs), study.omega_rad_s, decibel(np.hypot(performance, bandwidth)))
+
+
+def _reference(name: str, step: StepOutcome) -> Iterator[Line]:
+    yield Line(name, MILLISECONDS * step.time_s, MICROMETRES * step.reference_m)
+
+
 _OVER_FREQUENCY: Mapping[str, Callable[[Panel, CaseOutcome, FrequencyStudy], Iterator[Line]]] = {
     "mu": _mu,
+    "singular_value": _singular_value,
     "controller_gain": _controller_gain,
     "sensitivity": _sensitivity,
     "complementary_sensitivity": _complementary,
@@ -158,6 +216,11 @@ _OVER_TIME: Mapping[str, Callable[[str, StepOutcome], Iterator[Line]]] = {
     "position": _position,
     "current": _current,
     "error": _error,
+    "reference": _reference,
+}
+_OVER_CASES: Mapping[str, Callable[[CaseOutcome], float | None]] = {
+    "peak_gain": _peak_gain,
+    "peak_control_sensitivity": _peak_control_sensitivity,
 }
 
 

@@ -21,7 +21,8 @@ Kind = TypeVar("Kind", bound=Section)
 Where = dict[str, Any]  # dotted keys of a case's inputs with the values they must have; `study` names the study
 
 Quantity = Literal[
-    "mu", "sensitivity", "complementary_sensitivity", "controller_gain", "position", "current", "error", "table"
+    "mu", "singular_value", "sensitivity", "complementary_sensitivity", "controller_gain", "position", "current",
+    "error", "reference", "table", "peak_gain", "peak_control_sensitivity",
 ]  # fmt: skip
 
 
@@ -68,6 +69,7 @@ class FigureEntry(Section):
     height: Annotated[list[float], Field(min_length=2, max_length=2)] | None = Field(
         None, description="Ends of the ordinate."
     )
+    by: str | None = Field(None, description="The table's column whose values are told apart, one curve each.")
     logarithmic: str = Field("", pattern=r"^(x|y|xy|)$", description="The axes of a table that are logarithmic.")
     mark: float | None = Field(None, description="A level to draw across, where the quantity has none of its own.")
 

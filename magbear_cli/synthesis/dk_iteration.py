@@ -17,6 +17,7 @@ from magbear_cli.lti.balancing import with_balanced_states, with_time_unit
 from magbear_cli.lti.connection import lower_lft
 from magbear_cli.lti.state_space import StateSpace
 from magbear_cli.model.generalized_plant import GeneralizedPlant
+from magbear_cli.model.table import Column, Table
 from magbear_cli.synthesis.channel_scaling import constant_scales, with_channel_scales
 from magbear_cli.synthesis.design import Design
 from magbear_cli.synthesis.gamma_search import GammaSearch, Ports, controller_in_si, search_gamma, with_unit_penalty
@@ -118,6 +119,7 @@ class _Iterate:
     peak: float
     gamma: float
     step: int
+    scales: RationalScales | None = None
 
 
 def design_dk(problem: DkProblem, options: DkOptions | None = None) -> Design:
@@ -126,8 +128,9 @@ def design_dk(problem: DkProblem, options: DkOptions | None = None) -> Design:
     ``level`` is the peak of mu recomputed from the matrices returned, in SI units, between the points of a dense grid
     as well; the loop of every iterate was stable in the units it was found in. ``statistics`` holds the frequency of
     the peak, the peak of the first controller, the gamma of the step the controller comes from, the number of that
-    step, and the numbers of steps and of H-infinity solves. A level above one is ``not_achieved`` and no proof; no
-    controller or numbers that cannot be worked with are ``not_achieved`` and ``failed``, with the reason.
+    step, and the numbers of steps and of H-infinity solves; the table ``scales`` the D-scales of that step. A level
+    above one is ``not_achieved`` and no proof; no controller or numbers that cannot be worked with are
+    ``not_achieved`` and ``failed``, with the reason.
 
     Notes
     -----
@@ -147,7 +150,20 @@ def design_dk(problem: DkProblem, options: DkOptions | None = None) -> Design:
     except NumericsError as error:
         return Design(None, Status.FAILED, str(error))
     statistics |= {"gamma": best.gamma, "best_step": best.step, "peak_omega_rad_s": omega}
-    return Design(controller, *_verdict(level, best.peak), level, statistics)
+    tables = {} if best.scales is None else {"scales": _scales_table(best.scales, setting.unit_rad_s)}
+    return Design(controller, *_verdict(level, best.peak), level, statistics, tables=tables)
+
+
+def _scales_table(scales: RationalScales, unit_rad_s: float) -> Table:
+    """The D-scales that the controller was designed with, in dB: best at each frequency, and fitted."""
+    decibel = 20.0 / np.log(10.0)
+    columns = [Column("omega_rad_s", unit_rad_s * scales.omega_rad_s, "rad/s", "frequency")]
+    for place, found in enumerate(scales.found):
+        number = place + 1
+        columns.append(Column(f"d_{number}_found_db", decibel * found, "dB", f"scale of block {number}, found"))
+        fit = decibel * scales.fitted(place)
+        columns.append(Column(f"d_{number}_fit_db", fit, "dB", f"scale of block {number}, fitted"))
+    return Table(tuple(columns), "D-scale (dB)")
 
 
 def _verdict(level: float, believed: float) -> tuple[Status, str]:
@@ -185,12 +201,13 @@ def _iterate(setting: _Setting, options: DkOptions) -> tuple[_Iterate | None, di
     for step in range(1, options.iterations + 1):
         if not waiting or idle == _PATIENCE:
             break
-        search = _k_step(setting, waiting.pop(0), options)
+        scales = waiting.pop(0)
+        search = _k_step(setting, scales, options)
         statistics["solves"] += search.solves
         statistics["steps"] = step
         if search.best is None:
             continue
-        found = _judged(setting, search.best.controller, search.best.gamma, step)
+        found = _judged(setting, search.best.controller, search.best.gamma, step, scales)
         idle = 0 if found.peak < best.peak * (1.0 - _GAIN) else idle + 1
         best = min(best, found, key=lambda iterate: iterate.peak)
         waiting = _fits(setting, found, options)
@@ -220,6 +237,8 @@ def _fits(setting: _Setting, present: _Iterate, options: DkOptions) -> list[Rati
     return fit_scales(loop, setting.structure, setting.omega, options.d_order, every_scale=options.fit_every_scale)
 
 
-def _judged(setting: _Setting, controller: StateSpace, gamma: float, step: int) -> _Iterate:
+def _judged(
+    setting: _Setting, controller: StateSpace, gamma: float, step: int, scales: RationalScales | None = None
+) -> _Iterate:
     peak, _ = peak_mu(lower_lft(setting.plant, controller), setting.structure, setting.dense)
-    return _Iterate(controller, peak, gamma, step)
+    return _Iterate(controller, peak, gamma, step, scales)

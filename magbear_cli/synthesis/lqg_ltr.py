@@ -9,13 +9,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from magbear_cli.errors import NumericsError, Status
 from magbear_cli.lti.frequency import frequency_response
 from magbear_cli.lti.state_space import StateSpace
 from magbear_cli.model.problem import ControlProblem
+from magbear_cli.model.table import Column, Table
 from magbear_cli.synthesis.design import Design
 from magbear_cli.synthesis.lqg import Gain, kalman_gain, lqr_gain, observer_design, require_weights, rotor_matrices
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)
@@ -42,7 +47,8 @@ def design_lqg_ltr(problem: ControlProblem, options: LqgLtrOptions | None = None
 
     ``level`` stays without a value: nothing is minimised that compares with a robust performance level.
     ``statistics`` holds the gains, the residuals, and ``recovery_error``: the largest distance over frequency between
-    the sensitivity of the loop and that of the filter. Status ``failed`` when an equation has no solution.
+    the sensitivity of the loop and that of the filter; the table ``recovery`` has both loops over frequency. Status
+    ``failed`` when an equation has no solution.
     """
     options = options or LqgLtrOptions()
     try:
@@ -53,8 +59,13 @@ def design_lqg_ltr(problem: ControlProblem, options: LqgLtrOptions | None = None
         return Design(None, Status.FAILED, str(error))
     if design.controller is None:
         return design
-    statistics = {**design.statistics, "recovery_error": _recovery_error(problem, design.controller, estimate)}
-    return Design(design.controller, design.status, design.sentence, statistics=statistics)
+    omega = problem.natural_rad_s * np.geomspace(1e-3, 1e5, 801)
+    target = frequency_response(filter_loop(problem, estimate), omega)[:, 0, 0]
+    gain = frequency_response(design.controller, omega)[:, 0, 0]
+    sensitivity = 1.0 / (1.0 - gain * problem.plant(omega, problem.mass.nominal_kg))
+    statistics = {**design.statistics, "recovery_error": float(np.abs(sensitivity - target).max())}
+    tables = {"recovery": _recovery(omega, target, sensitivity)}
+    return Design(design.controller, design.status, design.sentence, statistics=statistics, tables=tables)
 
 
 def filter_loop(problem: ControlProblem, estimate: Gain) -> StateSpace:
@@ -64,9 +75,16 @@ def filter_loop(problem: ControlProblem, estimate: Gain) -> StateSpace:
     return StateSpace(a - h @ c, h, -c, np.ones((1, 1)))
 
 
-def _recovery_error(problem: ControlProblem, controller: StateSpace, estimate: Gain) -> float:
-    omega = problem.natural_rad_s * np.geomspace(1e-3, 1e5, 801)
-    target = frequency_response(filter_loop(problem, estimate), omega)[:, 0, 0]
-    gain = frequency_response(controller, omega)[:, 0, 0]
-    sensitivity = 1.0 / (1.0 - gain * problem.plant(omega, problem.mass.nominal_kg))
-    return float(np.abs(sensitivity - target).max())
+def _recovery(omega: Floats, target: Complexes, sensitivity: Complexes) -> Table:
+    """Sensitivity and complementary sensitivity in dB, of the filter's loop and of the recovered one."""
+    curves = {
+        "filter_sensitivity_db": (target, "sensitivity of the filter loop"),
+        "sensitivity_db": (sensitivity, "sensitivity of the recovered loop"),
+        "filter_complementary_db": (1.0 - target, "complementary sensitivity of the filter loop"),
+        "complementary_db": (1.0 - sensitivity, "complementary sensitivity of the recovered loop"),
+    }
+    columns = [
+        Column(name, 20.0 * np.log10(np.maximum(np.abs(values), 1e-300)), "dB", told)
+        for name, (values, told) in curves.items()
+    ]
+    return Table((Column("omega_rad_s", omega, "rad/s", "frequency"), *columns), "gain (dB)")

@@ -52,7 +52,8 @@ class MuDkOptions(DkOptions):
 def design_mu_dk(problem: ControlProblem, options: MuDkOptions | None = None) -> Design:
     """The controller with the least peak mu (complex blocks) among the iterates of the D-K iteration.
 
-    Level, statistics and statuses as for ``design_dk``; ``statistics`` has the peak of the mended form beside.
+    Level, statistics and statuses as for ``design_dk``; ``statistics`` has the peak of the mended form beside, and the
+    nominal mass with the spread of 1/m that the blocks stand for (thesis Table 2.2).
 
     Notes
     -----
@@ -68,7 +69,12 @@ def design_mu_dk(problem: ControlProblem, options: MuDkOptions | None = None) ->
         peak, _ = peak_mu(mended, bearing.structure, bearing.dense_rad_s)
     except NumericsError as error:
         return Design(None, Status.FAILED, str(error))
-    return replace(design, statistics={**design.statistics, "peak_mu_mended": peak})
+    told = {
+        "peak_mu_mended": peak,
+        "nominal_mass_kg": problem.mass.nominal_kg,
+        "inverse_mass_spread_per_kg": problem.mass.inverse_deviation_per_kg,
+    }
+    return replace(design, statistics={**design.statistics, **told})
 
 
 def _problem(problem: ControlProblem, options: MuDkOptions) -> DkProblem:

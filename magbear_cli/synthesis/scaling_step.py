@@ -33,11 +33,21 @@ _NUDGE = 0.3  # of log d, in the central difference for the sensitivity
 
 @dataclass(frozen=True, eq=False)
 class RationalScales:
-    """One rational D-scale a block, and the largest σ(D M D⁻¹) they give on the grid."""
+    """One rational D-scale a block, and the largest σ(D M D⁻¹) they give on the grid.
+
+    ``found`` holds for each block log |det D|, over its outputs, of the scales that are best at each frequency, (w,).
+    """
 
     structure: BlockStructure
     blocks: tuple[BlockScale, ...]
     level: float
+    omega_rad_s: Floats
+    found: tuple[Floats, ...]
+
+    def fitted(self, place: int) -> Floats:
+        """The same of a block's rational scale."""
+        left, _ = self.blocks[place].response(self.omega_rad_s)
+        return np.asarray(np.linalg.slogdet(left)[1] / left.shape[1], dtype=float)
 
     def around(self, plant: StateSpace, ports: Ports) -> StateSpace:
         """D P D⁻¹: the plant for the next controller; its last inputs and outputs are controls and measurements."""
@@ -92,7 +102,7 @@ def fit_scales(
             weights = sensitivity * ((grid.mu / grid.mu.max()) ** power)[:, None]
             blocks = tuple(grid.fitted(place, weights[:, place], order) for place in range(len(coarse.blocks)))
             level = float(_bound(matrices, structure, [block.response(omega_rad_s) for block in blocks]).max())
-            sets.append(RationalScales(structure, blocks, level))
+            sets.append(RationalScales(structure, blocks, level, omega_rad_s, grid.found()))
     return sorted(sets, key=lambda scales: scales.level)
 
 
@@ -119,6 +129,10 @@ class _Grid:
             exact.append((bound.left[:, row, row] / unit, np.asarray(np.linalg.inv(right))))
         return cls(omega, matrices, structure, bound.upper, exact, reference)
 
+    def found(self) -> tuple[Floats, ...]:
+        """Log |det D| over its outputs, of each block's best scale, (w,) each."""
+        return tuple(np.asarray(np.linalg.slogdet(left)[1] / left.shape[1], dtype=float) for left, _ in self.exact)
+
     def sensitivity(self) -> Floats:
         """The curvature of log σ(D M D⁻¹) in each block's log d at the least value, (w, n): its slope there is zero."""
         least = _bound(self.matrices, self.structure, self.exact)
@@ -134,8 +148,7 @@ class _Grid:
         if place == self.reference:
             return NumberScale(UNIT, block.outputs, block.inputs)
         left = self.exact[place][0]
-        logs = np.linalg.slogdet(left)[1] / block.outputs
-        fits = fit_scale(self.omega_rad_s, np.asarray(logs, dtype=float), weights, order)
+        fits = fit_scale(self.omega_rad_s, self.found()[place], weights, order)
         candidates: list[BlockScale] = [NumberScale(fit, block.outputs, block.inputs) for fit in fits]
         if self.structure.is_matrix(block):
             spectra = np.asarray(left.conj().swapaxes(1, 2) @ left)
