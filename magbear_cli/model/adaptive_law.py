@@ -42,6 +42,7 @@ class AdaptiveLaw:
     rho_m, sigma_m : the adaptation begins at ‖e‖ >= rho + sigma and ends at ‖e‖ < rho − sigma
     taylor_order : 0 for a constant alone, 1 for a constant and its slopes
     trigger : what ‖e‖ is
+    adaptation_input_gain_m_per_s2_a : the b of the adaptation's bᵀP e; None for that of the law
     """
 
     omega_rad_s: float
@@ -54,12 +55,16 @@ class AdaptiveLaw:
     sigma_m: float
     taylor_order: int = 1
     trigger: Trigger = Trigger.POSITION
+    adaptation_input_gain_m_per_s2_a: float | None = None
 
     def __post_init__(self) -> None:
         """Refuse numbers that describe no law."""
         for name in ("omega_rad_s", "zeta", "input_gain_m_per_s2_a", "rho_m"):
             if not 0 < getattr(self, name) < np.inf:
                 raise NumericsError(f"{name} must be a positive number, not {getattr(self, name)}")
+        own = self.adaptation_input_gain_m_per_s2_a
+        if own is not None and not 0 < own < np.inf:
+            raise NumericsError(f"adaptation_input_gain_m_per_s2_a must be a positive number, not {own}")
         if not 0 <= self.gamma < np.inf:
             raise NumericsError(f"gamma must be zero or positive, not {self.gamma}")
         if not 0 <= self.sigma_m <= self.rho_m:
@@ -78,6 +83,11 @@ class AdaptiveLaw:
         cross = 0.5 / square
         speed = (1.0 + 2.0 * cross) / (2.0 * damping)
         return np.array([[damping * cross + square * speed, cross], [cross, speed]])
+
+    @property
+    def adaptation_gain(self) -> float:
+        """γ b, from P e to the rate of the estimate."""
+        return self.gamma * (self.adaptation_input_gain_m_per_s2_a or self.input_gain_m_per_s2_a)
 
     @property
     def feedforward_a_per_m(self) -> float:

@@ -114,7 +114,7 @@ class AdaptiveLoop:
         constant = np.concatenate([self.command, self.feed]) * step
         b, (z_i, v_i) = self.b, centre
         k_z, k_v, feedforward = law.gain_position_a_per_m, law.gain_speed_a_s_per_m, law.feedforward_a_per_m
-        rate = -law.gamma * law.input_gain_m_per_s2_a if adapting else 0.0
+        rate = -law.adaptation_gain if adapting else 0.0
         from_position, from_speed = (float(value) for value in rate * law.lyapunov[1])
         slopes = 1.0 if law.taylor_order else 0.0
 

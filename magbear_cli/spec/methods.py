@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, PlainValidator, WithJsonSchema
 
-from magbear_cli.spec.adaptation import AdaptiveLfe, AdaptiveLimit
+from magbear_cli.spec.adaptation import AdaptiveLfe, AdaptiveLimit, RotorIdentification
 from magbear_cli.spec.scenario import Prefilter
 from magbear_cli.spec.section import Mass, NonNegative, Omega, PartName, Positive, Section, Signed, Tiny, fault
 
@@ -213,7 +213,7 @@ class Stored(Section):
 
 METHODS: tuple[type[Section], ...] = (
     MuConvex, FixedOrder, Limit, Hinf, MuDk, Lqg, LqgLtr, PolePlacement, Eigenstructure, Lqr, AdaptiveLfe,
-    AdaptiveLimit, OperatingRange, Stored,
+    AdaptiveLimit, RotorIdentification, OperatingRange, Stored,
 )  # fmt: skip
 
 Controller = Annotated[
@@ -229,6 +229,7 @@ Controller = Annotated[
     | Lqr
     | AdaptiveLfe
     | AdaptiveLimit
+    | RotorIdentification
     | OperatingRange
     | Stored,
     Field(discriminator="method"),

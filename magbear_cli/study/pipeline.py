@@ -28,6 +28,7 @@ from magbear_cli.study.operating_map import map_operating_range
 from magbear_cli.study.outcome import CaseOutcome, Summary
 from magbear_cli.study.proving import SPECIFIED, prove_impossible, prove_lower_bound, verify_controller
 from magbear_cli.study.reduction import reduce_design
+from magbear_cli.study.rotor_identification import identify_rotor_case
 from magbear_cli.study.simulating import simulated
 from magbear_cli.synthesis.design import Design
 
@@ -141,4 +142,5 @@ QUESTIONS: Mapping[str, Callable[[CaseOutcome, ControlProblem], CaseOutcome]] = 
     "operating_range": _mapped,
     "adaptive_lfe": adaptive_case,
     "adaptive_limit": adaptive_limit_case,
+    "rotor_identification": identify_rotor_case,
 }

@@ -36,6 +36,7 @@ class AdaptiveLfeOptions:
     reference_zeta: float = 1.0
     taylor_order: int = 1
     trigger: str = "position"
+    adaptation_input_gain_m_per_s2_a: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,6 +83,7 @@ def design_adaptive_lfe(problem: ControlProblem, options: AdaptiveLfeOptions | N
         sigma_m=options.sigma_m,
         taylor_order=options.taylor_order,
         trigger=Trigger(options.trigger),
+        adaptation_input_gain_m_per_s2_a=options.adaptation_input_gain_m_per_s2_a,
     )
     return AdaptiveDesign(law, _statistics(problem, law, mass))
 
@@ -96,6 +98,7 @@ def _statistics(problem: ControlProblem, law: AdaptiveLaw, mass_kg: float) -> di
         "plant_input_gain_m_per_s2_a": k_i / mass_kg,
         "design_mass_kg": mass_kg,
         "gamma": law.gamma,
+        "adaptation_gain": law.adaptation_gain,
         "lyapunov_position": float(p[0, 0]),
         "lyapunov_cross": float(p[0, 1]),
         "lyapunov_speed": float(p[1, 1]),

@@ -78,7 +78,7 @@ def test_a_simulation_is_resolved_with_every_default() -> None:
         "model": "nonlinear",
         "prefilter": {"omega_rad_s": 20000.0, "zeta": 1.0},
         "sensor": {"omega_rad_s": 4000.0, "damping_rad_s": 560.0},
-        "rotor": {"sensor_mass_kg": 0.18, "stiffness_n_per_m": 2.736e6, "damping_n_s_per_m": 170.0},
+        "rotor": {"sensor_mass_kg": 0.1824, "stiffness_n_per_m": 2.612e6, "damping_n_s_per_m": 170.0},
         "gravity_m_per_s2": 0.0,
         "gravity_compensation": False,
         "current_limit_a": None,
