@@ -34,6 +34,8 @@ _ROW_IN = 2.15
 _NAMES_IN_A_ROW = 4
 _LEGEND_ROW_IN = 0.2
 _SPREAD_DB = 120.0  # of a view over frequency that no figure asks to be wider
+_MARKED = 25  # points: a curve of so few shows each of them
+_TITLE = 88  # letters across the figure
 _BOUND: dict[str, Any] = {"color": INK, "linewidth": 1.0, "linestyle": (0, (1, 1.3))}
 
 
@@ -57,7 +59,7 @@ def thesis_drawing(entry: FigureEntry, studies: Mapping[str, StudyResults]) -> D
             _settle(axes, scale, is_last=is_last, is_first=number == 0)
         _same_height(axes_row, lines_row, entry if len(entry.rows) == 1 else None, scale)
     for axes, panel in zip(grid[0], entry.columns, strict=True):
-        panel_title(axes, plain(panel.title, 70 // len(entry.columns)))
+        panel_title(axes, plain(panel.title, _TITLE // len(entry.columns)))
     _legend(figure, names, bounds)
     return Drawing(
         name=entry.id,
@@ -78,7 +80,7 @@ def _draw(
             axes.plot(x, y, **_BOUND)
             continue
         own = pen(names.index(line.name))
-        marker = own.marker if x.size <= 25 else None
+        marker = own.marker if line.x.size <= _MARKED else None
         axes.plot(x, y, color=own.color, linestyle=own.linestyle, linewidth=1.3, marker=marker, markersize=3.5)
     level = scale.level if entry.mark is None else entry.mark
     if level is not None:
@@ -111,11 +113,11 @@ def _scale(quantity: str, entry: FigureEntry, studies: Mapping[str, StudyResults
             if table is not None:
                 columns = {column.name: column for column in table.columns}
                 across = columns[entry.across or table.columns[0].name]
-                shown = columns[entry.curves[0]] if entry.curves else table.columns[1]
+                curves = entry.curves or [name for name in columns if name != across.name]
+                shown = columns[curves[0]]
                 is_frequency = across.unit == "rad/s" and "x" in entry.logarithmic
                 labels = [_axis(column.long_name, column.unit) for column in (across, shown)]
-                several = len(entry.curves) != 1
-                label = table.long_name if several else labels[1]
+                label = table.long_name if len(curves) > 1 else labels[1]
                 return Scale(labels[0], label, across.name if is_frequency else f"over_{across.name}", "value")
     return Scale("", "", "x", "value")
 

@@ -110,9 +110,10 @@ def _of_table(entry: FigureEntry, panel: Panel, outcome: CaseOutcome) -> Iterato
         yield from _split(entry, table, across)
         return
     name = filled(panel.label, {}, outcome.inputs)
-    for column in table.columns:
-        if column.name in entry.curves or (not entry.curves and column.name != across):
-            own = column.long_name if len(entry.curves) != 1 else ""
+    shown = [column for column in table.columns if column.name in entry.curves]
+    for column in shown or [column for column in table.columns if column.name != across]:
+        if column.name != across:
+            own = column.long_name if len(shown) != 1 else ""
             yield Line(", ".join(part for part in (name, own) if part), table[across], column.values)
 
 
