@@ -240,7 +240,10 @@ def crossing(levels: Floats, places: Floats, level: float = 1.0) -> float:
 
 def _at(inputs: Any, key: str) -> Any:  # noqa: ANN401 - plain values
     for part in key.split("."):
-        inputs = inputs.get(part) if isinstance(inputs, Mapping) else None
+        if isinstance(inputs, list) and part.isdecimal():
+            inputs = inputs[int(part)] if int(part) < len(inputs) else None
+        else:
+            inputs = inputs.get(part) if isinstance(inputs, Mapping) else None
     return inputs
 
 

@@ -26,6 +26,12 @@ class Listing:
     heads: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
 
+    def __post_init__(self) -> None:
+        """Refuse a row that has more or fewer cells than there are heads."""
+        for row in self.rows:
+            if len(row) != len(self.heads):
+                raise ValueError(f"a row of {len(row)} cells under {len(self.heads)} heads: {row}")
+
 
 @dataclass(frozen=True)
 class Finding:
