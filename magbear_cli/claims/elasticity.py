@@ -30,7 +30,7 @@ def identified_rotor(evidence: Evidence) -> Finding:
     )
     if touches and frequency and growth:
         why = (
-            "one two-mass rotor has all three; the text's W3^-2 is read as the bound 1/|W3|, and the "
+            "one two-mass rotor has all three; the bound on Delta is |W3|, not its inverse as the text has it, and the "
             "masses and the stiffness, lost with eq. 4.19, are an identification"
         )
         return Finding(ours, Verdict.ERRATUM, why)
