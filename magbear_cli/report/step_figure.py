@@ -248,10 +248,15 @@ def _range(curves: Sequence[Floats]) -> tuple[float, float]:
 
 def _legend(figure: Figure, axes: Axes, steps: Sequence[StepOutcome]) -> None:
     handles, names = axes.get_legend_handles_labels()
-    if any(step.model != "linear" for step in steps):
+    if _has_linear_beside(steps):
         handles.append(Line2D([], [], color=SOFT, linewidth=0.6))
         names.append("linear model")
     legend_below(figure, handles, names)
+
+
+def _has_linear_beside(steps: Sequence[StepOutcome]) -> bool:
+    """Whether a linear model stands beside a response; an adaptive loop has none."""
+    return any(step.model != "linear" and np.isfinite(step.linear_position_m).any() for step in steps)
 
 
 def _caption(steps: Sequence[StepOutcome], views: tuple[float, float], *, cut: bool) -> str:
@@ -259,6 +264,8 @@ def _caption(steps: Sequence[StepOutcome], views: tuple[float, float], *, cut: b
     told = ["Thick: the response as simulated; thin: the linear model beside it; dotted: the reference."]
     if steps[0].model == "linear":
         told = ["The response of the linear model; dotted: the reference."]
+    elif not _has_linear_beside(steps):
+        told = ["The response as simulated; dotted: the reference."]
     if min(views) < whole:
         first = " and ".join(
             f"the first {significant(min(view, whole) * MILLISECONDS)} ms of the {what}"
