@@ -10,11 +10,14 @@ from pathlib import Path
 import pytest
 
 from magbear_cli.spec import read_study
+from magbear_cli.study.pipeline import run_case
 
-STUDIES = sorted((Path(__file__).parents[1] / "studies").rglob("*.yaml"))
+FOLDER = Path(__file__).parents[1] / "studies"
+OWN = sorted(FOLDER.glob("*.yaml"))
+THESIS = sorted((FOLDER / "thesis").glob("*.yaml"))
 
 
-@pytest.mark.parametrize("path", STUDIES, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", OWN, ids=lambda path: path.stem)
 def test_a_study_runs_to_its_report(path: Path, tmp_path: Path) -> None:
     """One case of each study is computed, verified, stored and drawn by the command that a user would type."""
     first = {key: values[:1] for key, values in read_study(path).sweep.items()}
@@ -30,3 +33,13 @@ def test_a_study_runs_to_its_report(path: Path, tmp_path: Path) -> None:
     assert case["worst_case"] <= 1
     assert case["steps"]
     assert Path(document["report"]).is_file()
+
+
+@pytest.mark.parametrize("path", THESIS, ids=lambda path: path.stem)
+def test_a_study_of_the_thesis_gives_an_answer(path: Path) -> None:
+    """The first case of each is computed to an answer, whichever it is; the file begins by telling what it asks."""
+    assert path.read_text("utf-8").startswith("# ")
+    inputs = read_study(path).case(0)
+    outcome = run_case({**inputs, "simulate": [{**run, "samples": 11} for run in inputs["simulate"][:1]]}, "case", 0)
+    assert outcome.status.is_answer, outcome.sentence
+    assert outcome.controller is not None or outcome.statistics
