@@ -10,6 +10,7 @@ import numpy as np
 from magbear_cli.claims.evidence import Case, Evidence
 from magbear_cli.claims.ledger import Finding, Listing, Verdict
 from magbear_cli.claims.words import told
+from magbear_cli.study.naming import controller_name
 
 MICRO = 1e6
 
@@ -33,8 +34,10 @@ def identified_rotor(evidence: Evidence) -> Finding:
             "one two-mass rotor has all three; the bound on Delta is |W3|, not its inverse as the text has it, and the "
             "masses and the stiffness, lost with eq. 4.19, are an identification"
         )
-        return Finding(ours, Verdict.ERRATUM, why)
-    return Finding(ours, Verdict.NOT_REPRODUCED, "no two-mass rotor was found that has all three")
+        return Finding(ours, Verdict.ERRATUM, why, _linear_loops(evidence))
+    return Finding(
+        ours, Verdict.NOT_REPRODUCED, "no two-mass rotor was found that has all three", _linear_loops(evidence)
+    )
 
 
 def gain_limits(evidence: Evidence) -> Finding:
@@ -70,6 +73,21 @@ def gain_limits(evidence: Evidence) -> Finding:
 
 
 _BRACKETS = {"c100": ("c100_low", "c100_high"), "c170": ("c170_low", "c170_high"), "rigid": ("rigid_low", "")}
+
+
+def _linear_loops(evidence: Evidence) -> Listing:
+    """How the linear designs of section 4.5 bear the rotor that was identified."""
+    rows = []
+    for case in evidence.all("linear"):
+        options = case.outcome.inputs["controller"]
+        name = f"{controller_name(options)}, {case.outcome.summary.order} states"
+        for run in case.steps():
+            rotor = run.step.scenario["rotor"]
+            kind = "rigid" if rotor is None else f"c1 = {told(float(rotor['damping_n_s_per_m']))}"
+            rows.append((name, kind, "stable" if run.is_stable else "unstable", told(run.figure("peak_current_a"), 3)))
+    return Listing(("linear design", "rotor", "10 µm step", "peak current (A)"), tuple(rows))
+
+
 _IDENTIFIED = (
     "reduced_mass_kg", "stiffness_n_per_m", "touching_damping_n_s_per_m", "pole_real_rad_s", "pole_imag_rad_s",
 )  # fmt: skip

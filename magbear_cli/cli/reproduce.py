@@ -46,11 +46,12 @@ def reproduce(ids: tuple[str, ...], overrides: tuple[str, ...], **wishes: Any) -
     from magbear_cli.claims.judging import studies_needed
     from magbear_cli.cli.reproduction import compute_studies
     from magbear_cli.cli.session import Request
-    from magbear_cli.spec.thesis import read_claims
+    from magbear_cli.spec.thesis import read_claims, read_comparison
 
     draws = wishes.pop("figures")
     claims = _chosen(read_claims(), ids)
-    studies = _studies(studies_needed(claims), overrides)
+    compared = () if ids else tuple(str(where["study"]) for where in read_comparison())
+    studies = _studies(tuple(dict.fromkeys((*studies_needed(claims), *compared))), overrides)
     output = usable_directory(wishes.pop("output") or DEFAULT_OUTPUT)
     request = Request(output=output, **wishes)
     results, interrupted = compute_studies(studies, output, request)
@@ -80,23 +81,28 @@ def _concluded(
     claims: Sequence[ClaimEntry], results: dict[str, StudyResults], request: Request, *, draws: bool
 ) -> ExitCode:
     """Judge, write the page, print the ledger."""
+    from magbear_cli.claims.comparison import compare
     from magbear_cli.claims.judging import judge_claims
     from magbear_cli.claims.ledger import Verdict
     from magbear_cli.cli.output import put, put_json
     from magbear_cli.cli.progress import open_activity
     from magbear_cli.report.writing import write_ledger
-    from magbear_cli.spec.thesis import read_figures
+    from magbear_cli.spec.thesis import read_comparison, read_figures
 
     judged = judge_claims(claims, results)
+    comparison = compare(read_comparison(), results)
     figures = [entry for entry in read_figures() if entry.studies <= set(results)] if draws else []
     with open_activity("drawing the figures", wanted=request.progress) as activity:
-        page = write_ledger(judged, figures, results, request.output or DEFAULT_OUTPUT, progress=activity)
+        page = write_ledger(judged, comparison, figures, results, request.output or DEFAULT_OUTPUT, progress=activity)
     if request.as_json:
-        put_json({"claims": [claim.document() for claim in judged], "page": str(page)})
+        beside = {} if comparison is None else {"comparison": comparison.document()}
+        put_json({"claims": [claim.document() for claim in judged], **beside, "page": str(page)})
     else:
         from magbear_cli.cli.tables import ledger_table
 
         put(ledger_table(judged))
+        if comparison is not None:
+            put(f"When is adaptive control needed? {comparison.sentence}")
         put(f"page: {page}")
     is_whole = all(claim.finding.verdict is not Verdict.NOT_EVALUATED for claim in judged)
     return ExitCode.DONE if is_whole else ExitCode.SOME_FAILED

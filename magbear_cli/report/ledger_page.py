@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
+from magbear_cli.claims.comparison import Comparison
 from magbear_cli.claims.ledger import JudgedClaim, Verdict, tally
 from magbear_cli.report.canvas import house_style, rendered
 from magbear_cli.report.drawing import csv_bytes
@@ -45,7 +46,10 @@ _GROUPS = {
 
 
 def ledger_files(
-    claims: Sequence[JudgedClaim], figures: Sequence[FigureEntry], studies: Mapping[str, StudyResults]
+    claims: Sequence[JudgedClaim],
+    comparison: Comparison | None,
+    figures: Sequence[FigureEntry],
+    studies: Mapping[str, StudyResults],
 ) -> Iterator[tuple[str, bytes]]:
     """The files of the ledger, each by its path below the directory, one after the other; the page is last."""
     plates = Plates()
@@ -61,9 +65,13 @@ def ledger_files(
             yield f"figures/{drawing.name}.png", rendered(drawing.figure, "png")
             yield f"figures/{drawing.name}.svg", svg
     documents = [claim.document() for claim in claims]
-    yield "ledger.json", (json.dumps({"claims": documents}, indent=2, ensure_ascii=False) + "\n").encode("utf-8")
+    beside = {} if comparison is None else {"comparison": comparison.document()}
+    yield (
+        "ledger.json",
+        (json.dumps({"claims": documents, **beside}, indent=2, ensure_ascii=False) + "\n").encode("utf-8"),
+    )
     yield "ledger.csv", csv_bytes(_columns(claims))
-    yield "index.html", _page(claims, plates).encode("utf-8")
+    yield "index.html", _page(claims, comparison, plates).encode("utf-8")
 
 
 def _columns(claims: Sequence[JudgedClaim]) -> Mapping[str, Sequence[object]]:
@@ -72,12 +80,13 @@ def _columns(claims: Sequence[JudgedClaim]) -> Mapping[str, Sequence[object]]:
     return {key: [document[key] for document in documents] for key in keys}
 
 
-def _page(claims: Sequence[JudgedClaim], plates: Plates) -> str:
+def _page(claims: Sequence[JudgedClaim], comparison: Comparison | None, plates: Plates) -> str:
     return page_template("ledger.html.j2").render(
         style=Markup(resource("page.css")),  # noqa: S704 - a file of this package
         headline=f"{len(claims)} claims: {tally(claims)}.",
         letters=plates.letters,
         groups=_groups(claims),
+        comparison=comparison,
         chapters=[
             (number, title, [plate for plate in plates.plates if plate.name.startswith(f"fig_{number}_")])
             for number, title in CHAPTERS.items()

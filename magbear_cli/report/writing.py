@@ -8,6 +8,7 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
+from magbear_cli.claims.comparison import Comparison
 from magbear_cli.claims.ledger import JudgedClaim
 from magbear_cli.errors import ResumableError
 from magbear_cli.report.matplotlib_home import settle_matplotlib_home
@@ -44,6 +45,7 @@ def write_report(results: StudyResults, directory: Path, *, progress: Callable[[
 
 def write_ledger(
     claims: Sequence[JudgedClaim],
+    comparison: Comparison | None,
     figures: Sequence[FigureEntry],
     studies: Mapping[str, StudyResults],
     directory: Path,
@@ -55,6 +57,7 @@ def write_ledger(
     Parameters
     ----------
     claims : the ledger
+    comparison : of linear and adaptive control, or None
     figures : what is drawn; each needs its studies among those given
     studies : results by the name of their study
     directory, progress : as for ``write_report``
@@ -67,7 +70,7 @@ def write_ledger(
     settle_matplotlib_home()
     from magbear_cli.report.ledger_page import ledger_files  # noqa: PLC0415 - matplotlib looks for its home when imported
 
-    return _write_all(ledger_files(claims, figures, studies), directory, progress)
+    return _write_all(ledger_files(claims, comparison, figures, studies), directory, progress)
 
 
 def _write_all(files: Iterable[tuple[str, bytes]], directory: Path, progress: Callable[[str], None] | None) -> Path:

@@ -83,6 +83,7 @@ class Claims(Section):
     """The file of the claims."""
 
     claims: list[ClaimEntry] = Field(min_length=1)
+    comparison: list[Where] = Field(default_factory=list, description="The cases compared beside the claims.")
 
 
 class Figures(Section):
@@ -113,6 +114,17 @@ def read_claims(path: Path | None = None) -> tuple[ClaimEntry, ...]:
         when the file cannot be believed.
     """
     return tuple(_read(Claims, path or configs_folder() / "thesis" / "claims.yaml").claims)
+
+
+def read_comparison(path: Path | None = None) -> tuple[Where, ...]:
+    """The cases of the comparison that stands beside the claims.
+
+    Raises
+    ------
+    StudyError
+        when the file cannot be believed.
+    """
+    return tuple(_read(Claims, path or configs_folder() / "thesis" / "claims.yaml").comparison)
 
 
 def read_figures(path: Path | None = None) -> tuple[FigureEntry, ...]:
