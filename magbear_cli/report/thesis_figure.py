@@ -85,14 +85,14 @@ def _draw(
     level = scale.level if entry.mark is None else entry.mark
     if level is not None:
         axes.axhline(level, **LEVEL)
+    if "y" in entry.logarithmic:
+        axes.set_yscale("log")
     if scale.is_frequency:
         frequency_axis(axes, view, label=False, hertz=False)
-    else:
-        if "x" in entry.logarithmic:
-            axes.set_xscale("log")
-        if "y" in entry.logarithmic:
-            axes.set_yscale("log")
-        axes.set_xlim(*view)
+        return
+    if "x" in entry.logarithmic:
+        axes.set_xscale("log")
+    axes.set_xlim(*view)
 
 
 def _settle(axes: Axes, scale: Scale, *, is_last: bool, is_first: bool) -> None:
@@ -117,7 +117,7 @@ def _scale(quantity: str, entry: FigureEntry, studies: Mapping[str, StudyResults
                 shown = columns[curves[0]]
                 is_frequency = across.unit == "rad/s" and "x" in entry.logarithmic
                 labels = [_axis(column.long_name, column.unit) for column in (across, shown)]
-                label = table.long_name if len(curves) > 1 else labels[1]
+                label = entry.ordinate or (table.long_name if len(curves) > 1 else labels[1])
                 return Scale(labels[0], label, across.name if is_frequency else f"over_{across.name}", "value")
     return Scale("", "", "x", "value")
 
@@ -162,7 +162,7 @@ def _same_height(
         return
     ends = [axes.get_ylim() for axes in row]
     low, high = min(end[0] for end in ends), max(end[1] for end in ends)
-    if scale.is_frequency:
+    if scale.is_frequency and row[0].get_yscale() == "linear":
         own = [line.y[np.isfinite(line.y)] for lines in lines_row for line in lines if not line.is_bound]
         top = max((float(values.max()) for values in own if values.size), default=high)
         low, high = max(low, top - _SPREAD_DB), min(high, top + 15.0)

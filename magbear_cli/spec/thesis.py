@@ -69,6 +69,7 @@ class FigureEntry(Section):
     height: Annotated[list[float], Field(min_length=2, max_length=2)] | None = Field(
         None, description="Ends of the ordinate."
     )
+    ordinate: str | None = Field(None, description="What a table's ordinate is called; null: as the table says.")
     by: str | None = Field(None, description="The table's column whose values are told apart, one curve each.")
     logarithmic: str = Field("", pattern=r"^(x|y|xy|)$", description="The axes of a table that are logarithmic.")
     mark: float | None = Field(None, description="A level to draw across, where the quantity has none of its own.")
