@@ -31,8 +31,8 @@ def identified_rotor(evidence: Evidence) -> Finding:
     )
     if touches and frequency and growth:
         why = (
-            "one two-mass rotor has all three, where the bound that Delta stays below is read as |W3|, as robust stability "
-            "has it, and not W3^-1; the masses and the stiffness, lost with eq. 4.19, are an identification"
+            "one two-mass rotor has all three, where the bound that Delta stays below is read as |W3|, as robust "
+            "stability has it, and not W3^-1; the masses and the stiffness, lost with eq. 4.19, are an identification"
         )
         return Finding(ours, Verdict.ERRATUM, why, _linear_loops(evidence))
     return Finding(
