@@ -40,7 +40,7 @@ Floats = NDArray[np.float64]
 
 RELATIVE_TOLERANCE = 1e-8
 ABSOLUTE_TOLERANCE = 1e-9  # of the step or the sphere, for what is a position
-STEP_BUDGET = 60_000  # steps of all pieces together: some twenty seconds
+STEP_BUDGET = 30_000  # steps of all pieces together: some fifteen seconds
 SWITCH_BUDGET = 5_000  # more switchings than this in one run is chattering
 LEFT = 1e-4  # of the gap: so near to a magnet the rotor has touched it
 NEAR = 0.98  # of the gap: a step that cannot be made beyond this is contact

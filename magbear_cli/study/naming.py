@@ -6,7 +6,18 @@ from collections.abc import Mapping
 from typing import Any
 
 NAMED_OPTIONS = frozenset(
-    {"method", "order", "uncertainty", "minimise", "form", "gamma", "trigger", "source", "a", "b", "c", "d"}
+    {
+        "method",
+        "order",
+        "uncertainty",
+        "minimise",
+        "form",
+        "gamma",
+        "trigger",
+        "adaptation_input_gain_m_per_s2_a",
+        "source",
+    }
+    | set("abcd")
 )
 
 _WISHES = {"ks_peak": "least current", "step_current": "least step current"}
@@ -22,6 +33,8 @@ def controller_name(controller: Mapping[str, Any]) -> str:
         words.append(f"γ = {controller['gamma']:.4g}")
     if controller.get("trigger") == "state":
         words.append("trigger on the state")
+    if controller.get("adaptation_input_gain_m_per_s2_a") is not None:
+        words.append(f"b = {controller['adaptation_input_gain_m_per_s2_a']:.4g} in the rate")
     if controller.get("uncertainty") == "complex":
         words.append("complex mu")
     if controller.get("minimise") in _WISHES:

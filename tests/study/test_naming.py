@@ -20,6 +20,11 @@ from magbear_cli.study.naming import controller_name
             {"method": "mu_convex", "minimise": "ks_peak", "uncertainty": "complex"},
             "mu_convex, complex mu, least current",
         ),
+        ({"method": "adaptive_lfe", "gamma": 2e9, "trigger": "position"}, "adaptive_lfe, γ = 2e+09"),
+        (
+            {"method": "adaptive_limit", "trigger": "state", "adaptation_input_gain_m_per_s2_a": 1.0},
+            "adaptive_limit, trigger on the state, b = 1 in the rate",
+        ),
         ({"method": "stored", "source": "k.json"}, "stored (k.json)"),
     ],
 )
