@@ -52,6 +52,7 @@ DESIGNS: Mapping[str, Mapping[str, Any]] = {  # ASCII names: they stand in the r
     "mu_convex, complex mu": {"method": "mu_convex", "uncertainty": "complex"},
     "mu_convex, real mass": {"method": "mu_convex"},
     "fixed_order 1": {"method": "fixed_order", "order": 1, "max_order": 6},
+    "hinf": {"method": "hinf"},
 }
 ROOM = np.array([0.02, 0.02, 10.0, 0.005])  # what a printed figure may be off: relative, relative, rad/s, relative
 BOUND_ROOM = 1.05  # |Δ|/|W3| up to which the bound is kept at all frequencies
