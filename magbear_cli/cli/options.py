@@ -38,6 +38,9 @@ def running(command: Command) -> Command:
             click.option("-j", "--jobs", type=int, help="Worker processes.  [default: usable cores]"),
             click.option("--timeout", type=float, metavar="SECONDS", help="Limit of one case, above the study's own."),
             click.option("--case", "only", multiple=True, metavar="ID", help="Compute only this case. Repeatable."),
+            click.option(
+                "--shard", callback=_part, metavar="I/N", help="Compute every N-th case, from the I-th (0, 1, …)."
+            ),
             click.option("--fresh", is_flag=True, help="Compute every case again, stored or not."),
             click.option("--max-failures", type=click.IntRange(min=1), metavar="N", help="Stop after N failed cases."),
             click.option("--fail-fast", is_flag=True, help="Stop at the first failed case."),
@@ -48,6 +51,16 @@ def running(command: Command) -> Command:
     ):
         command = option(command)
     return command
+
+
+def _part(_context: click.Context, parameter: click.Parameter, value: str | None) -> tuple[int, int] | None:
+    """``I/N`` as two numbers: the I-th of N parts of a study, counted from 0."""
+    if value is None:
+        return None
+    first, _, second = value.partition("/")
+    if not (first.isdecimal() and second.isdecimal() and int(first) < int(second)):
+        raise click.BadParameter(f"'{value}' is no part: write I/N with I from 0 to N - 1, as 0/3", param=parameter)
+    return int(first), int(second)
 
 
 def usable_directory(path: Path) -> Path:

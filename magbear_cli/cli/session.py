@@ -41,6 +41,7 @@ class Request:
     jobs: int | None = None
     timeout: float | None = None
     only: tuple[str, ...] = ()
+    shard: tuple[int, int] | None = None
     fresh: bool = False
     max_failures: int | None = None
     fail_fast: bool = False
@@ -55,9 +56,9 @@ def run_session(study: Study, request: Request, present: Present | None = None) 
     from magbear_cli.store.run_directory import RunDirectory
 
     cases = planned_cases(study)
-    asked = _asked(cases, request.only)
+    asked = _asked(cases, request.only, request.shard)
     options = _limits(study, request)
-    output = usable_directory(Path("out") / study.name if request.output is None else request.output)
+    output = usable_directory(default_output(study.name, request.shard) if request.output is None else request.output)
     with RunDirectory(output, study.text) as directory:
         try:
             return _work(study, (cases, asked), options, directory, (request, present or _present))
@@ -75,7 +76,7 @@ def _work(
     wishes: tuple[Request, Present],
 ) -> ExitCode:
     """What happens in the locked directory, to the table on the terminal."""
-    from magbear_cli.store.results import read_results, write_results
+    from magbear_cli.store.results import write_results
 
     (cases, asked), (request, present) = planned, wishes
     missing = asked if request.fresh else directory.missing(asked)
@@ -84,15 +85,30 @@ def _work(
     directory.reserve(len(missing))
     tell(announcement(len(asked), len(missing), options.jobs))
     interrupted = compute(missing, options, directory, request)
-    results = directory.gather(cases, study.name, study.report)
-    write_results(directory.results_path, results)
     if interrupted is not ExitCode.DONE:
+        results = directory.gather(cases, study.name, study.report)
+        write_results(directory.results_path, results)
         tell(f"interrupted: {len(results.outcomes)} of {len(cases)} cases are stored in {directory.path}")
         tell(f"run the same command again to go on; magbear report {directory.path} draws what is there")
         return interrupted
+    return conclude(study, (cases, asked), directory, request, present)
+
+
+def conclude(
+    study: Study,
+    planned: tuple[tuple[Case, ...], tuple[Case, ...]],
+    directory: RunDirectory,
+    request: Request,
+    present: Present | None = None,
+) -> ExitCode:
+    """From what is stored to the results file, the report and what is printed; a case without an answer has a code."""
+    from magbear_cli.store.results import read_results, write_results
+
+    cases, asked = planned
+    write_results(directory.results_path, directory.gather(cases, study.name, study.report))
     results = read_results(directory.results_path)  # what is shown is what the file says
     report = _report(results, directory.report_path.parent, request)
-    shown = present(results, directory.results_path, report, request)
+    shown = (present or _present)(results, directory.results_path, report, request)
     answered = {outcome.case_id for outcome in results.outcomes if outcome.status.is_answer}
     return shown if all(case.id in answered for case in asked) else ExitCode.SOME_FAILED
 
@@ -109,12 +125,22 @@ def _limits(study: Study, request: Request) -> RunnerOptions:
     )
 
 
-def _asked(cases: tuple[Case, ...], only: Sequence[str]) -> tuple[Case, ...]:
-    """The cases whose identity begins as asked; all of them without a wish."""
+def default_output(name: str, shard: tuple[int, int] | None = None) -> Path:
+    """Where a study's run goes when nobody says: a part of it into a directory of its own."""
+    return Path("out") / (name if shard is None else f"{name}-{shard[0]}-of-{shard[1]}")
+
+
+def _asked(cases: tuple[Case, ...], only: Sequence[str], shard: tuple[int, int] | None) -> tuple[Case, ...]:
+    """The cases whose identity begins as asked, of the part asked for; all of them without a wish."""
     for wish in only:
         if not wish or not any(case.id.startswith(wish) for case in cases):
             raise InputError(f"--case '{wish}': no case of this study has that identity; magbear plan lists them")
-    return tuple(case for case in cases if not only or any(case.id.startswith(wish) for wish in only))
+    part, parts = shard or (0, 1)
+    return tuple(
+        case
+        for case in cases
+        if case.index % parts == part and (not only or any(case.id.startswith(wish) for wish in only))
+    )
 
 
 def announcement(asked: int, missing: int, jobs: int) -> str:

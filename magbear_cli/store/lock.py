@@ -50,6 +50,21 @@ class DirectoryLock:
             self._descriptor = -1
 
 
+def is_locked(path: Path) -> bool:
+    """Whether a process holds the lock of this file; where there is no file nobody does."""
+    try:
+        descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
+    except OSError:
+        return False
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except OSError as error:
+        return error.errno in {errno.EAGAIN, errno.EACCES}
+    finally:
+        os.close(descriptor)
+    return False
+
+
 def _holder(descriptor: int) -> str:
     try:
         noted = json.loads(os.pread(descriptor, 4096, 0))
