@@ -30,7 +30,7 @@ def least_current_drawing(outcomes: tuple[CaseOutcome, ...], labels: Labels) -> 
         return None
     curves = limit_curves(cases, labels.controller)
     figure = new_figure(3.2)
-    axes = panels(figure, 1, below=0.3, right=1.6)[0][0]
+    axes = panels(figure, 1, below=0.3)[0][0]
     _draw(axes, curves)
     axes.set_xlabel(plain(curves.axis, 80).replace("m_Δ", r"$m_\Delta$"))
     axes.set_ylabel("least peak of |K S| (A per 10 µm)")
@@ -62,6 +62,9 @@ def least_current_drawing(outcomes: tuple[CaseOutcome, ...], labels: Labels) -> 
     )
 
 
+_ROOM_FOR_FIGURES = 0.06  # of the width, right of the last points
+
+
 def _draw(axes: Axes, curves: LimitCurves) -> None:
     top = 0.0
     for index, curve in enumerate(curves.curves):
@@ -83,6 +86,8 @@ def _draw(axes: Axes, curves: LimitCurves) -> None:
         )  # fmt: skip
         top = max(top, float(peaks.max()))
     axes.set_ylim(0.0, 1.08 * top)
+    low, high = axes.get_xlim()
+    axes.set_xlim(low, high + _ROOM_FOR_FIGURES * (high - low))
 
 
 def _spoken(curves: LimitCurves) -> str:

@@ -189,13 +189,13 @@ def _draw_close(axes: Axes, curves: LimitCurves) -> None:
         axes.plot(x, high, color=colour, linewidth=0.7, alpha=0.6, zorder=2)
         axes.plot(x, low, color=colour, linewidth=0.7, alpha=0.6, linestyle=(0, (3, 1.5)), zorder=2)
     if len(curves.curves) == 1 and curves.quantity == MASS and len(curves.curves[0].cases) <= 9:
-        x, low, _ = _sides(curves.curves[0])
-        for place, (value, height, case) in enumerate(zip(x, low, curves.curves[0].cases, strict=True)):
-            last = place == len(x) - 1 and len(x) > 1
-            shift = (2, -9) if last else (6, -6)
+        x, low, high = _sides(curves.curves[0])
+        for place, (value, case) in enumerate(zip(x, curves.curves[0].cases, strict=True)):
+            last = place == len(x) - 1 and len(x) > 1  # it leans inwards, above the curve
             axes.annotate(
-                mass_text(case.mass_kg), (value, height), xytext=shift, textcoords="offset points",
-                ha="right" if last else "left", va="top", fontsize=6.5, color=SOFT,
+                mass_text(case.mass_kg), (value, (high if last else low)[place]), xytext=(-8, 0) if last else (6, -6),
+                textcoords="offset points", ha="right" if last else "left", va="center" if last else "top",
+                fontsize=6.5, color=SOFT,
             )  # fmt: skip
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: shortest(value)))
     hertz = axes.secondary_yaxis("right", functions=(hertz_of, rad_s_of))
