@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from magbear_cli.errors import NumericsError
 from magbear_cli.lti.state_space import StateSpace
 
+LARGEST_EXPONENT = 500  # of a single factor of two
 SWEEPS = 60  # each sweep is a few divisions; ten suffice on every system met so far
 
 
@@ -68,7 +69,8 @@ def _osborne_scale(
             row, column = float(matrix[i].sum() + rows[i]), float(matrix[:, i].sum() + columns[i])
             if row <= 0.0 or column <= 0.0:
                 continue
-            factor = 2.0 ** round(0.5 * np.log2(row / column))
+            exponent = 0.5 * (np.log2(row) - np.log2(column))  # their ratio may be beyond double precision
+            factor = 2.0 ** round(float(np.clip(exponent, -LARGEST_EXPONENT, LARGEST_EXPONENT)))
             if column * factor + row / factor < 0.95 * (row + column):
                 matrix[i] /= factor
                 rows[i] /= factor

@@ -54,3 +54,11 @@ def test_states_that_touch_nothing_are_left_alone() -> None:
     balanced = with_balanced_states(system)
     assert np.isfinite(balanced.a).all()
     assert frequency_response(balanced, 1.0)[0, 0, 0] == pytest.approx(1.0 / (1j + 2.0))
+
+
+def test_entries_at_the_ends_of_double_precision_are_no_error() -> None:
+    """A ratio of entries that no double holds is bounded, not raised."""
+    system = StateSpace.of([[-1.0, 2.2e-308], [1e300, -1.0]], [[1.0], [0.0]], [[0.0, 1.0]], [[0.0]])
+    balanced = with_balanced_states(system)
+    assert np.isfinite(balanced.b).all()
+    assert np.isfinite(balanced.c).all()
