@@ -20,7 +20,7 @@ Floats = NDArray[np.float64]
 Where = Mapping[str, Any]
 
 NEAR = 1e-9  # relative: numbers of a selection and of a case that count as the same
-CALM = 1e-3  # of the largest excursion: what swings less has come to rest
+CALM = 0.02  # of the largest excursion: what swings less has come to rest
 ANY = "any"  # of a selected key: whatever is there, but not nothing
 
 
@@ -181,13 +181,16 @@ class Run:
 
     @property
     def is_stable(self) -> bool:
-        """Whether it went to its end, and its last fifth swings no wider than the fifth before."""
+        """Whether it went to its end without swinging wider in each of its last three fifths.
+
+        A slow return to rest may cover more ground in the last fifth than in the one before; it does not do so twice.
+        """
         if not self.ended_well:
             return False
         time, position = self.curve("time_s"), self.curve("position_m")
-        parts = [position[(time >= begin * time[-1]) & (time <= (begin + 0.2) * time[-1])] for begin in (0.6, 0.8)]
-        before, last = (float(np.ptp(part)) for part in parts)
-        return last <= before or last <= CALM * float(np.abs(position).max())
+        fifths = [(time >= begin * time[-1]) & (time <= (begin + 0.2) * time[-1]) for begin in (0.4, 0.6, 0.8)]
+        first, before, last = (float(np.ptp(position[fifth])) for fifth in fifths)
+        return not first < before < last or last <= CALM * float(np.abs(position).max())
 
     def settled_s(self, band: float) -> float:
         """When it stays within a band of its step, a part of the step, for good; infinite when it does not."""

@@ -11,7 +11,7 @@ from magbear_cli.claims.judging import ROOMS, judge_claims, judge_of, studies_ne
 from magbear_cli.claims.ledger import Finding, JudgedClaim, Listing, Verdict, tally
 from magbear_cli.errors import InputError
 from magbear_cli.spec import read_study
-from magbear_cli.spec.thesis import ClaimEntry, read_claims, read_figures, thesis_study
+from magbear_cli.spec.thesis import ClaimEntry, read_claims, read_comparison, read_figures, thesis_study
 
 CLAIMS = read_claims()
 
@@ -44,9 +44,9 @@ def test_every_case_of_a_claim_is_planned(claim: ClaimEntry) -> None:
 
 
 @pytest.mark.parametrize("figure", read_figures(), ids=lambda figure: figure.id)
-def test_every_case_of_a_figure_is_planned_and_some_claim_needs_it(figure: object) -> None:
-    """What a figure shows is computed for the claims, and its selections find it."""
-    needed = set(studies_needed(CLAIMS))
+def test_every_case_of_a_figure_is_planned_and_something_needs_it(figure: object) -> None:
+    """What a figure shows is computed for the claims or the comparison, and its selections find it."""
+    needed = set(studies_needed(CLAIMS)) | {str(where["study"]) for where in read_comparison()}
     for panel in figure.columns:  # type: ignore[attr-defined]
         for where in panel.cases:
             assert selected(where), where
