@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 @click.option("--progress/--no-progress", default=None, help="Show progress.  [default: on a terminal]")
 @as_json
 def merge(directories: tuple[Path, ...], output: Path | None, *, progress: bool | None, as_json: bool) -> int:
-    """Put the parts of a study in DIR... together, as if one run had computed them.
+    """Put the parts of a study together as one run.
 
-    The parts are directories of ``magbear run --shard I/N`` of one and the same study, here or on other machines of the
+    DIR... are directories of ``magbear run --shard I/N`` of one and the same study, here or on other machines of the
     same kind. What is stored of a case is taken as it is; the results file has the same bytes as that of one run.
     Cases that no part has are named, and the exit code is 3.
 

@@ -20,9 +20,9 @@ MOST_FAILURES = 12
 @click.argument("directory", type=RESULTS)
 @as_json
 def status(directory: Path, *, as_json: bool) -> None:
-    """Tell what is done in the run of DIRECTORY, what failed and why, also while it runs.
+    """Tell what of a run in DIRECTORY is done, what failed and why.
 
-    Nothing is computed, written or locked.
+    It may still be running. Nothing is computed, written or locked.
 
     \b
     Example:  magbear status out/quickstart

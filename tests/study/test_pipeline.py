@@ -32,9 +32,9 @@ CONTROLLERS = {
     "hinf as printed": "controller={method: hinf, form: as_printed}",
     "lqg": "controller={method: lqg}",
     "lqg_ltr": "controller={method: lqg_ltr}",
-    "pole_placement": "{method: pole_placement, omega_rad_s: 900}",
-    "eigenstructure": "{method: eigenstructure}",
-    "lqr": "{method: lqr}",
+    "pole_placement": "controller={method: pole_placement, omega_rad_s: 900}",
+    "eigenstructure": "controller={method: eigenstructure}",
+    "lqr": "controller={method: lqr}",
     "stored": "",
 }
 
