@@ -79,7 +79,16 @@ def _name(case: Case) -> str:
         rate = "" if options.get("adaptation_input_gain_m_per_s2_a") is None else ", no b in the rate"
         return f"adaptive, γ = {told(options['gamma'])}, trigger on {options['trigger']}{rate}"
     limit = case.outcome.omega_c_rad_s
-    return controller_name(options) + ("" if limit is None else f", ω_c = {told(limit, 6)}")
+    asked = [weight_text(case)] + ([] if limit is None else [f"ω_c = {told(limit, 6)}"])
+    return ", ".join([controller_name(options), *asked])
+
+
+def weight_text(case: Case) -> str:
+    """W1 of a case; in full where it is a lag."""
+    num, den = (case.outcome.inputs["performance"][part] for part in ("num", "den"))
+    if len(num) == 1 and len(den) == 2:
+        return f"W1 = {told(num[0] / den[0])}/(s + {told(den[1] / den[0])})"
+    return "W1 of higher order"
 
 
 def _rotor(run: Run) -> str:
@@ -93,8 +102,13 @@ def _error(run: Run) -> float:
 
 def _row(design: _Design, rotors: Sequence[str]) -> tuple[str, ...]:
     cells = (design.errors.get((rotor, step), np.nan) for rotor in rotors for step in STEPS_M)
-    shown = ("lost" if np.isinf(value) else told(100.0 * value, 2) for value in cells)
+    shown = ("lost" if np.isinf(value) else _percent(value) for value in cells)
     return design.name, design.states, told(design.peak_current_a, 3), *shown
+
+
+def _percent(value: float) -> str:
+    """Two digits of it, and no power of ten."""
+    return f"{float(f'{100.0 * value:.2g}'):g}"
 
 
 def _sentence(designs: Sequence[_Design], rotors: Sequence[str]) -> str:
@@ -110,9 +124,7 @@ def _sentence(designs: Sequence[_Design], rotors: Sequence[str]) -> str:
         for kind, design in best.items():
             worst = _worst(design, rotor)
             name = "adaptive" if kind else f"linear ({design.name}, {design.states} states)"
-            told_best.append(
-                f"{name} " + ("loses the rotor" if np.isinf(worst) else f"within {told(100 * worst, 2)} %")
-            )
+            told_best.append(f"{name} " + ("loses the rotor" if np.isinf(worst) else f"within {_percent(worst)} %"))
         parts.append(f"{rotor}: {'; '.join(told_best)}")
     return "Largest distance from the reference model over all steps, masses and gravity. " + ". ".join(parts) + "."
 

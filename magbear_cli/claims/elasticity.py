@@ -59,14 +59,15 @@ def gain_limits(evidence: Evidence) -> Finding:
     if wrong:
         why = f"the limit of {', '.join(wrong)} lies elsewhere; it hangs on the rotor, which is only identified"
         return Finding(ours, Verdict.NOT_REPRODUCED, why, listing)
+    near = f"within {told(100.0 * evidence.tolerance['gain'])} % of"
     fits = [
         rotor for rotor, (low, high) in _BRACKETS.items()
         if evidence.printed[low] / room <= as_printed[rotor] <= evidence.printed.get(high, math.inf) * room
     ]  # fmt: skip
     if len(fits) == len(_BRACKETS):
-        return Finding(ours, Verdict.CONFIRMED, "all limits lie where they are printed", listing)
+        return Finding(ours, Verdict.CONFIRMED, f"all limits lie {near} what is printed", listing)
     why = (
-        "all limits lie where they are printed if the rate of eq. 4.10 is read without its b and the trigger is the "
+        f"all limits lie {near} what is printed if the rate of eq. 4.10 is read without its b and the trigger is the "
         "whole state; with b they lie elsewhere. The rotor is the identified one"
     )
     return Finding(ours, Verdict.ERRATUM, why, listing)

@@ -20,7 +20,7 @@ Floats = NDArray[np.float64]
 Where = Mapping[str, Any]
 
 NEAR = 1e-9  # relative: numbers of a selection and of a case that count as the same
-CALM = 0.02  # of the largest excursion: what swings less has come to rest
+CALM = 1e-3  # of the largest excursion: what swings less has come to rest
 ANY = "any"  # of a selected key: whatever is there, but not nothing
 
 

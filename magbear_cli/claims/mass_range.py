@@ -13,6 +13,7 @@ from magbear_cli.claims.words import decided, told
 
 MILLI, MICRO = 1e3, 1e6
 TEN_MICROMETRES_M = 1e-5
+PRINTED_RANGES = 3  # m_Delta of 0.5, 1.0 and 1.5 kg
 
 
 def one_d_step(evidence: Evidence) -> Finding:
@@ -91,10 +92,9 @@ def gain_jump(evidence: Evidence) -> Finding:
 def step_currents(evidence: Evidence) -> Finding:
     """C16: the currents of 10 µm steps, the thesis's designs and ours."""
     listing, procedure, best = _currents(evidence)
-    ours = (
-        f"the procedure takes {_amperes(procedure)} A for m_Delta = 0.5, 1.0, 1.5 kg; "
-        f"the least-current designs {_amperes(best)} A"
-    )
+    ranges = ", ".join(mass_text(case) for case in evidence.all("procedure")[:PRINTED_RANGES])
+    takes = [_amperes(currents[:PRINTED_RANGES]) for currents in (procedure, best)]
+    ours = f"for {ranges} kg the procedure takes {takes[0]} A, the least-current designs {takes[1]} A"
     small = max(procedure[:2]) <= evidence.printed["small_a"] * (1.0 + evidence.tolerance["current"])
     large = (
         abs(procedure[2] - evidence.printed["large_a"]) <= evidence.tolerance["current"] * evidence.printed["large_a"]
@@ -122,8 +122,14 @@ def prefilter_saves_current(evidence: Evidence) -> Finding:
     )
     cut = peaks[1] / peaks[0] <= evidence.printed["ratio"] * (1.0 + evidence.tolerance["ratio"])
     kept = times[1] <= times[0] + evidence.tolerance["settling_s"]
-    return decided(cut and kept, ours, "the current falls to less than half and settling barely changes",
-                   "the current falls less, or settling changes more, than printed", listing)  # fmt: skip
+    if not (cut and kept):
+        why = "the current falls less, or settling changes more, than printed"
+        return Finding(ours, Verdict.NOT_REPRODUCED, why, listing)
+    why = "the current falls to less than half and settling barely changes"
+    printed = (evidence.printed["before_a"], evidence.printed["after_a"])
+    if all(abs(peak - own) <= evidence.tolerance["current"] * own for peak, own in zip(peaks, printed, strict=True)):
+        return Finding(ours, Verdict.CONFIRMED, why, listing)
+    return Finding(ours, Verdict.ERRATUM, f"{why}, but the amperes are not those printed", listing)
 
 
 def order_reduction(evidence: Evidence) -> Finding:

@@ -52,7 +52,7 @@ def study_drawings(results: StudyResults, labels: Labels) -> Iterator[Drawing]:
     limits = limits_drawing(results.outcomes)  # of whoever sought one
     if limits is not None:
         yield limits
-    current = least_current_drawing(results.outcomes, labels)
+    current = least_current_drawing(results.outcomes)
     if current is not None:
         yield current
     sweep = find_sweep(results.outcomes, labels) if "limitation" in wanted else None

@@ -17,7 +17,7 @@ BOUND = "current_lower_bound"  # statistic of the designs that have one, A/m
 STEP_M = 1e-5  # the current is told for a step of 10 µm
 
 
-def least_current_drawing(outcomes: tuple[CaseOutcome, ...], labels: Labels) -> Drawing | None:
+def least_current_drawing(outcomes: tuple[CaseOutcome, ...]) -> Drawing | None:
     """The least peaks of a study that minimises them along some quantity; None for any other."""
     cases = [
         outcome
@@ -28,7 +28,7 @@ def least_current_drawing(outcomes: tuple[CaseOutcome, ...], labels: Labels) -> 
     ]
     if len({mass_ends_kg(case) for case in cases}) < 2 or len({case.omega_c_rad_s for case in cases}) > 1:
         return None
-    curves = limit_curves(cases, labels.controller)
+    curves = limit_curves(cases, Labels(cases).controller)
     figure = new_figure(3.2)
     axes = panels(figure, 1, below=0.3)[0][0]
     _draw(axes, curves)

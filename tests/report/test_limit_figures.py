@@ -134,15 +134,14 @@ def test_least_current_is_drawn_over_the_mass(make_case: MakeCase) -> None:
         case = make_case(index, mass_kg=(3.0, high), omega_c_rad_s=None, controller=wish, steps=False)
         inputs = {**case.inputs, "operating_point": {"position_m": 0.0, "current_a": 0.0}}
         cases.append(replace(case, inputs=inputs, summary=replace(case.summary, peak_ks_a_per_m=peak)))
-    labels = Labels(cases)
     with house_style():
-        drawing = least_current_drawing(tuple(cases), labels)
+        drawing = least_current_drawing(tuple(cases))
     assert drawing is not None
     assert "5.40 A" in drawing.alt
     assert "7.00 A" in drawing.alt
-    assert least_current_drawing((cases[0],), labels) is None
+    assert least_current_drawing((cases[0],)) is None
     lost = replace(cases[1], status=Status.NOT_ACHIEVED)
-    assert least_current_drawing((cases[0], lost), labels) is None
+    assert least_current_drawing((cases[0], lost)) is None
 
 
 def test_what_few_states_lose_is_told_against_the_bound(make_case: MakeCase) -> None:
