@@ -104,7 +104,12 @@ class Limit(Section):
 
     method: Literal["limit"]
     tolerance: float = Field(0.01, ge=1e-3, le=0.5, description="Relative width of the bracket to reach.")
-    max_order: int = Field(14, ge=2, le=100, description="Number of states of the controllers at the limit.")
+    max_order: int | None = Field(
+        None,
+        ge=2,
+        le=100,
+        description="Number of states of the controllers at the limit; null: 14, or 20 for a tolerance below 0.8 %.",
+    )
 
 
 class Hinf(Section):

@@ -19,11 +19,11 @@ from magbear_cli.study.proving import prove_impossible
 from magbear_cli.synthesis.design import Design
 from magbear_cli.synthesis.exact_mass import ExactMassOptions, design_exact_mass
 
-_AIM = 0.9992  # of the level: below it by what the proof needs between its boxes
-_CLOSE = 0.9984  # of the level: a design at least this near is near enough
+_SHARE, _LEAST_ROOM, _MOST_ROOM = 0.08, 2e-4, 8e-4  # how far designs stay below the level: a share of the tolerance
+_COARSE, _ORDER, _FINE_ORDER = 0.008, 14, 20  # above this tolerance 14 states lose too little to matter
 _SLOPE = 0.68  # −d log level/d log ω_c near the limit of a typical bearing, to start the secant
 _FARTHEST = 1e4  # times the start: a limit beyond it is reported as not there
-_CLOSEST = 0.003  # of ω_c: no certificate is sought closer to the met side, where each side's own loss is larger
+_CLOSEST = 0.0018  # of ω_c: no certificate is sought closer to the met side, where each side's own loss is larger
 _FARTHER, _FARTHEST_GAP = 1.4, 0.3  # factor from one gap to the next, and the last
 
 
@@ -31,13 +31,35 @@ _FARTHER, _FARTHEST_GAP = 1.4, 0.3  # factor from one gap to the next, and the l
 class LimitOptions:
     """``tolerance``: relative width of the bracket that is good enough; ``level``: what is to be met.
 
-    ``max_order``: states of the controllers at the frontier; ``most_designs``: designs at most.
+    ``max_order``: states of the controllers at the frontier, None for as many as the tolerance asks for;
+    ``most_designs``: designs at most.
     """
 
     tolerance: float = 0.01
     level: float = 1.0
-    max_order: int = 14
+    max_order: int | None = None
     most_designs: int = 12
+
+    @property
+    def order(self) -> int:
+        """The states of the controllers."""
+        if self.max_order is not None:
+            return self.max_order
+        return _ORDER if self.tolerance >= _COARSE else _FINE_ORDER
+
+    @property
+    def aim(self) -> float:
+        """The level that designs aim at: below the one to be met by what the proof needs between its boxes."""
+        return self.level * (1.0 - self._room)
+
+    @property
+    def close(self) -> float:
+        """A level that is near enough to the one to be met."""
+        return self.level * (1.0 - 2.0 * self._room)
+
+    @property
+    def _room(self) -> float:
+        return min(max(_SHARE * self.tolerance, _LEAST_ROOM), _MOST_ROOM)
 
 
 @dataclass(frozen=True)
@@ -126,10 +148,10 @@ def _feasible_side(problem: ControlProblem, options: LimitOptions) -> LimitBrack
         except NumericsError:
             omega_c *= 1.03
             continue
-        secant.add(omega_c, design.level / (_AIM * options.level))
-        if design.level <= _AIM * options.level * 1.0002 and (best is None or omega_c < best[0]):
+        secant.add(omega_c, design.level / options.aim)
+        if design.level <= options.aim + 0.2 * (options.level - options.aim) and (best is None or omega_c < best[0]):
             best = omega_c, design
-            if design.level >= _CLOSE * options.level:
+            if design.level >= options.close:
                 break
         omega_c = secant.next()
     if best is None:
@@ -155,7 +177,7 @@ def _feasible_side(problem: ControlProblem, options: LimitOptions) -> LimitBrack
 
 def _design(problem: ControlProblem, omega_c: float, options: LimitOptions) -> Design:
     return design_exact_mass(
-        replace(problem, omega_c_rad_s=omega_c), ExactMassOptions(max_order=options.max_order, loss=0.0)
+        replace(problem, omega_c_rad_s=omega_c), ExactMassOptions(max_order=options.order, loss=0.0)
     )
 
 

@@ -17,7 +17,7 @@ from magbear_cli.study.outcome import ImpossibilityProof
 from magbear_cli.synthesis.impossibility import ImpossibilityOptions, find_impossibility
 
 SPECIFIED = 1.0  # the level that meets the specification
-LAG_DENSITIES = (12.0, 14.0, 10.0)  # lags per decade of a certificate's functions, in the order in which they are tried
+LAG_DENSITIES = (12.0, 16.0, 14.0, 10.0)  # lags per decade of a certificate's functions, as they are tried
 _TIGHT = 5e-4  # of the worst case: how far above it the proof is sought first
 _GAPS = (0.007, 0.0095, 0.013, 0.02, 0.03, 0.05)  # of the level reached: how far below it a proof is sought
 

@@ -43,6 +43,15 @@ def test_the_bracket_is_narrow_and_where_prototypes_had_it(bracket: LimitBracket
     assert bracket.worst_case < 1.0
 
 
+def test_a_finer_tolerance_buys_a_narrower_bracket() -> None:
+    """3.0-3.5 kg within 0.4 %, by more states than the usual tolerance takes."""
+    answer = bracket_limit(thrust(3.0, 3.5), LimitOptions(tolerance=0.004))
+    assert answer.width <= 0.004
+    assert answer.sentence == ""
+    assert answer.controller is not None
+    assert answer.controller.order > LimitOptions().order
+
+
 def test_a_tolerance_beyond_reach_is_admitted() -> None:
     """Asked for a bracket of 0.01 %, the search gives the one it has and says that nothing closer was found."""
     answer = bracket_limit(thrust(2.0, 2.0), LimitOptions(tolerance=1e-4, max_order=6))
