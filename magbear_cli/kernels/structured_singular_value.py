@@ -4,7 +4,7 @@ For M of shape (n, n) and Δ = diag(δ1 … δn), mu(M) = 1/min{‖Δ‖ : det(I
 diagonal D and every Δ of unit-modulus entries, ρ(MΔ) ≤ mu(M) ≤ σ(D M D⁻¹); both ends are recomputed here from the Δ
 and the D that are returned. For n ≤ 3 the least upper bound is mu itself (Packard and Doyle 1993, section 8).
 
-D is found by ``scaling_descent``. Repeated and full blocks are in ``block_singular_value``.
+D is found by ``three_scalar_blocks`` and ``scaling_descent``. Repeated and full blocks are in ``block_singular_value``.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from magbear_cli.errors import NumericsError
 from magbear_cli.kernels.scaling_descent import descend
+from magbear_cli.kernels.three_scalar_blocks import least_log_scaling
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -112,6 +113,10 @@ class _Balanced:
         log_modulus = np.where(zero, -np.inf, np.log(np.where(zero, 1.0, modulus)))
         return cls(log_modulus, np.where(zero, 0.0, unit / np.where(zero, 1.0, modulus)), scale)
 
+    def rows(self, rows: Indices) -> _Balanced:
+        """Only these matrices."""
+        return _Balanced(self.log_modulus[rows], self.phase[rows], self.scale[rows])
+
     def scaled(self, log_d: Floats, rows: Indices | slice = slice(None)) -> Complexes:
         """D M D⁻¹ over scale, for some of the matrices."""
         exponent = self.log_modulus[rows] + log_d[:, :, None] - log_d[:, None, :]
@@ -144,9 +149,10 @@ def osborne_log_scaling(log_modulus: Floats) -> Floats:
 
 
 def _least_log_scaling(problem: _Balanced) -> Floats:
-    """Log D of the least largest singular value; exact after Osborne for n ≤ 2, Newton for more.
+    """Log D of the least largest singular value; exact after Osborne for n ≤ 2, Newton's method for more.
 
-    For n = 2 the determinant does not depend on D, so the largest singular value falls with the Frobenius norm.
+    For n = 2 the determinant does not depend on D, so the largest singular value falls with the Frobenius norm. For
+    n = 3 what ``three_scalar_blocks`` leaves over, singular values that coincide, goes the general way.
     """
     n = problem.phase.shape[1]
     if n == 1:
@@ -154,9 +160,22 @@ def _least_log_scaling(problem: _Balanced) -> Floats:
     log_d = osborne_log_scaling(problem.log_modulus)
     if n == 2:
         return log_d
+    if n == 3:
+        further, found = least_log_scaling(problem.scaled(log_d))
+        log_d[found] += further[found]
+        rest = np.flatnonzero(~found)
+        log_d[rest] = _descended(problem.rows(rest), log_d[rest])
+    else:
+        log_d = _descended(problem, log_d)
+    return np.asarray(log_d - log_d.mean(axis=1, keepdims=True), dtype=float)
+
+
+def _descended(problem: _Balanced, log_d: Floats) -> Floats:
+    """Log D of the least largest singular value by the general descent, from a balanced start."""
     motion = _DiagonalMotion(problem, log_d)
-    descend(motion, log_d.shape[0])
-    return np.asarray(motion.log_d - motion.log_d.mean(axis=1, keepdims=True), dtype=float)
+    if log_d.shape[0]:
+        descend(motion, log_d.shape[0])
+    return motion.log_d
 
 
 @dataclass

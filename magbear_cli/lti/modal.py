@@ -1,0 +1,121 @@
+"""A system as a sum of first-order terms, its frequency response from them, and how far that can be trusted.
+
+With A V = V Λ, C (s I − A)⁻¹ B = Σ_k (C v_k)(x_kᵀ B)/(s − λ_k), x_kᵀ the rows of V⁻¹: a few operations a state and
+frequency, where solving takes the square of the number of states. But V may be ill conditioned, and terms may cancel.
+So V, V⁻¹ and Λ are refined by Newton's method with accurate residuals (Dongarra, Moler and Wilkinson 1983), and what is
+left is estimated at every frequency: with A V = V (Λ + E) the response's error is to first order
+C V (s − Λ)⁻¹ E (s − Λ)⁻¹ V⁻¹ B, and each term is rounded in proportion to its size.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from magbear_cli.lti.state_space import StateSpace
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+Matrix = Floats | Complexes
+
+ROUNDING = float(np.finfo(float).eps)
+OPERATIONS = 8.0  # roundings of a term: two differences, inverse, two products, and its share of the sum
+WORST_CONDITION = 1e7  # of V: beyond it so few steps of Newton's method are not enough
+NEWTON_STEPS = 2  # from eigenvectors with half of their digits right, as LAPACK gives them for poles over many decades
+LEADING_BITS = 22  # of a factor: the products of two leading parts and a sum of 256 of them are exact
+
+
+@dataclass(frozen=True, eq=False)
+class ModalForm:
+    """Poles (n,) as a sum of two numbers, inputs (n, m) and outputs (p, n) of the terms; ``defect`` (n, n) is |E|."""
+
+    poles_rad_s: Complexes
+    poles_rest_rad_s: Complexes
+    inputs: Complexes
+    outputs: Complexes
+    defect: Floats
+
+    def response(self, omega_rad_s: Floats) -> tuple[Complexes, Floats]:
+        """C (jω I − A)⁻¹ B at each frequency, (w, p, m), and an estimate (w,) of the error of each of its entries.
+
+        The estimate is infinite where jω is a pole.
+        """
+        residues = self.outputs.T[:, :, None] * self.inputs[:, None, :]  # (n, p, m)
+        into, out_of = np.abs(self.inputs).max(axis=1), np.abs(self.outputs).max(axis=0)
+        with np.errstate(all="ignore"):
+            lag = 1.0 / ((1j * omega_rad_s[:, None] - self.poles_rad_s) - self.poles_rest_rad_s)
+            response = (lag @ residues.reshape(into.size, -1)).reshape(-1, *residues.shape[1:])
+            nearness = np.abs(lag)
+            rounded = OPERATIONS * ROUNDING * (nearness @ (into * out_of))
+            error = rounded + ((nearness @ (out_of[:, None] * self.defect * into)) * nearness).sum(axis=1)
+        return response, np.where(np.isfinite(error), error, np.inf)
+
+
+def modal_form(system: StateSpace) -> ModalForm | None:
+    """The modal form of a system with n ≥ 1 states; None where V is too ill conditioned for it."""
+    poles, v = np.linalg.eig(system.a)
+    try:
+        inverse = np.linalg.inv(v)
+    except np.linalg.LinAlgError:
+        return None
+    if not np.linalg.norm(v) * np.linalg.norm(inverse) < WORST_CONDITION:  # not when it is no number either
+        return None
+    unit = np.exp2(np.round(np.log2(np.abs(v).max(axis=1))))  # of each state: its largest share in a mode
+    a, b, c, v = system.a * unit / unit[:, None], system.b / unit[:, None], system.c * unit, v / unit[:, None]
+    x = inverse * unit
+    identity, nothing = np.eye(poles.size), np.zeros_like(a)
+    distance = poles[None, :] - poles[:, None] + np.diag(np.full(poles.size, np.inf))
+    residual = first = accurate_difference((a, v), (v, np.diag(poles)))  # A V − V Λ
+    turn, poles_rest = np.zeros_like(v), np.zeros_like(poles)
+    for _ in range(NEWTON_STEPS):  # the eigenvectors are V + V turn
+        defect = x @ residual
+        poles_rest = poles_rest + np.diag(defect)
+        with np.errstate(all="ignore"):  # equal poles are told by what is not finite
+            turn = turn + defect / distance
+        v_rest = v @ turn
+        residual = first + (a @ v_rest - v_rest * poles) - (v + v_rest) * poles_rest
+    missing = accurate_difference((identity, identity), (x, v))  # I − X V
+    if not (np.isfinite(turn).all() and np.isfinite(missing).all()):
+        return None
+    inputs = accurate_difference((x, b), (nothing, b))
+    outputs = accurate_difference((c, v), (c, nothing))
+    return ModalForm(
+        poles.astype(complex),
+        poles_rest.astype(complex),
+        np.linalg.solve(identity + turn, np.linalg.solve(identity - missing, inputs)).astype(complex),
+        (outputs + outputs @ turn).astype(complex),
+        np.abs(np.linalg.solve(identity + turn, x @ residual)),
+    )
+
+
+def accurate_difference(first: tuple[Matrix, Matrix], second: tuple[Matrix, Matrix]) -> Matrix:
+    """A B − F G for pairs (A, B) and (F, G), as if computed in three times the precision and then rounded.
+
+    Each factor is split into two leading parts and a rest, so that the products of leading parts are exact (Ozaki,
+    Ogita, Oishi and Rump 2012).
+    """
+    (exact, less, least), (other, other_less, other_least) = _product(*first), _product(*second)
+    cancelled: Matrix = (exact - other) + (less - other_less)  # without rounding where the products nearly agree
+    return cancelled + (least - other_least)
+
+
+def _product(a: Matrix, b: Matrix) -> tuple[Matrix, Matrix, Matrix]:
+    """A B as the sum of an exact number, a smaller exact number and a small one."""
+    a_first, b_first = _leading(a, axis=1), _leading(b, axis=0)
+    a_rest, b_rest = a - a_first, b - b_first
+    a_second, b_second = _leading(a_rest, axis=1), _leading(b_rest, axis=0)
+    small = a_first @ (b_rest - b_second) + a_second @ b_rest + (a_rest - a_second) @ b
+    return a_first @ b_first, a_first @ b_second + a_second @ b_first, small
+
+
+def _leading(matrix: Matrix, axis: int) -> Matrix:
+    """The leading bits of the entries, on one grid for all real and imaginary parts along an axis."""
+    parts = [matrix.real, matrix.imag] if np.iscomplexobj(matrix) else [matrix]
+    largest = np.max([np.abs(part).max(axis=axis, keepdims=True) for part in parts], axis=0)
+    unit = np.exp2(np.ceil(np.log2(np.where(largest > 0.0, largest, 1.0))) + (52 - LEADING_BITS)) * 1.5
+    leading = [(part + unit) - unit for part in parts]
+    if len(parts) == 2:
+        return np.asarray(leading[0] + 1j * leading[1], dtype=complex)
+    return np.asarray(leading[0], dtype=float)
