@@ -14,7 +14,7 @@ FAULT: Final = "magbear"  # the type of the errors that carry a sentence of ours
 class Section(BaseModel):
     """A mapping of the study file."""
 
-    model_config = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, frozen=True)
+    model_config = ConfigDict(defer_build=True, strict=True, extra="forbid", allow_inf_nan=False, frozen=True)
 
 
 class PartName:
