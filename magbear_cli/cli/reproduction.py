@@ -54,8 +54,6 @@ def compute_studies(
 
     A case that stands in two studies is computed once. Each study's ``results.h5`` is in its folder of the output.
     """
-    from magbear_cli.store.results import read_results, write_results
-
     with _opened(studies, output) as members:
         cases = {case.id: case for member in members for case in member.cases}
         missing: dict[str, Case] = {}
@@ -72,9 +70,7 @@ def compute_studies(
         results = {}
         for name, member in zip(studies, members, strict=True):
             _share(member, members)
-            gathered = member.directory.gather(member.cases, member.study.name, member.study.report)
-            write_results(member.directory.results_path, gathered)
-            results[name] = read_results(member.directory.results_path)
+            results[name] = member.directory.gather(member.cases, member.study.name, member.study.report)
     return results, interrupted
 
 

@@ -76,8 +76,6 @@ def _work(
     wishes: tuple[Request, Present],
 ) -> ExitCode:
     """What happens in the locked directory, to the table on the terminal."""
-    from magbear_cli.store.results import write_results
-
     (cases, asked), (request, present) = planned, wishes
     missing = asked if request.fresh else directory.missing(asked)
     for note in directory.notes:
@@ -87,7 +85,6 @@ def _work(
     interrupted = compute(missing, options, directory, request)
     if interrupted is not ExitCode.DONE:
         results = directory.gather(cases, study.name, study.report)
-        write_results(directory.results_path, results)
         tell(f"interrupted: {len(results.outcomes)} of {len(cases)} cases are stored in {directory.path}")
         tell(f"run the same command again to go on; magbear report {directory.path} draws what is there")
         return interrupted
@@ -102,11 +99,8 @@ def conclude(
     present: Present | None = None,
 ) -> ExitCode:
     """From what is stored to the results file, the report and what is printed; a case without an answer has a code."""
-    from magbear_cli.store.results import read_results, write_results
-
     cases, asked = planned
-    write_results(directory.results_path, directory.gather(cases, study.name, study.report))
-    results = read_results(directory.results_path)  # what is shown is what the file says
+    results = directory.gather(cases, study.name, study.report)
     report = _report(results, directory.report_path.parent, request)
     shown = (present or _present)(results, directory.results_path, report, request)
     answered = {outcome.case_id for outcome in results.outcomes if outcome.status.is_answer}

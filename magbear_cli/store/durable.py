@@ -8,11 +8,16 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import io
 import os
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from magbear_cli.errors import ResumableError
+
+if TYPE_CHECKING:
+    from _typeshed import ReadableBuffer as Buffer
 
 TEMPORARY_PREFIX = ".tmp-"
 MEGABYTE = 1e6
@@ -32,6 +37,110 @@ REASONS = {
 }
 
 
+class WholeFile(io.RawIOBase):
+    """A file open for writing that never complains while it is written.
+
+    The HDF5 library does not survive a refusal of the system (a full disk ends the process), so the first one is kept
+    here, everything after it is taken and thrown away, and ``look_for_refusal`` raises it.
+    """
+
+    def __init__(self, descriptor: int) -> None:
+        """Write through this descriptor, which stays the caller's."""
+        self._descriptor = descriptor
+        self._place = 0
+        self._refusal: OSError | None = None
+
+    def look_for_refusal(self) -> None:
+        """Raise what the system said when it refused something; do nothing if it did not."""
+        if self._refusal is not None:
+            raise self._refusal
+
+    def write(self, content: Buffer, /) -> int:
+        """Take these bytes, all of them."""
+        whole = memoryview(content).cast("B")
+        rest = whole
+        try:
+            while rest and self._refusal is None:
+                done = os.pwrite(self._descriptor, rest, self._place + len(whole) - len(rest))
+                rest = rest[done:]
+        except OSError as error:
+            self._refusal = error
+        self._place += len(whole)
+        return len(whole)
+
+    def readinto(self, buffer: Buffer, /) -> int:
+        """Give back what was written; nothing of sense after a refusal."""
+        whole = memoryview(buffer).cast("B")
+        try:
+            found = b"" if self._refusal else os.pread(self._descriptor, len(whole), self._place)
+        except OSError as error:
+            self._refusal, found = error, b""
+        whole[: len(found)] = found
+        whole[len(found) :] = bytes(len(whole) - len(found))
+        self._place += len(whole)
+        return len(whole)
+
+    def seek(self, offset: int, whence: int = os.SEEK_SET, /) -> int:
+        """Go to a place."""
+        start = {os.SEEK_SET: 0, os.SEEK_CUR: self._place, os.SEEK_END: os.fstat(self._descriptor).st_size}[whence]
+        self._place = start + offset
+        return self._place
+
+    def tell(self) -> int:
+        """The place of the next byte."""
+        return self._place
+
+    def truncate(self, size: int | None = None, /) -> int:
+        """Make the file so long."""
+        length = self._place if size is None else size
+        try:
+            if self._refusal is None:
+                os.ftruncate(self._descriptor, length)
+        except OSError as error:
+            self._refusal = error
+        return length
+
+    def readable(self) -> bool:
+        """What was written can be read."""
+        return True
+
+    def writable(self) -> bool:
+        """Yes."""
+        return True
+
+    def seekable(self) -> bool:
+        """Yes."""
+        return True
+
+
+@contextlib.contextmanager
+def written_durably(path: Path, size: int) -> Iterator[WholeFile]:
+    """A file that stands under this name, for good, when the context ends well; ``size`` is what it takes, in bytes.
+
+    Raises
+    ------
+    ResumableError
+        when the system refuses any step; no temporary file is left, and an older file stands as it was.
+    """
+    temporary = path.with_name(f"{TEMPORARY_PREFIX}{path.name}")
+    with told_as_sentence(path, size):
+        try:
+            descriptor = os.open(temporary, os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_CLOEXEC, 0o666)
+            try:
+                file = WholeFile(descriptor)
+                yield file
+                file.look_for_refusal()
+                os.fsync(descriptor)
+            finally:
+                os.close(descriptor)
+            os.replace(temporary, path)  # noqa: PTH105 - the one call the promise rests on
+        except BaseException:
+            with contextlib.suppress(OSError):
+                os.unlink(temporary)  # noqa: PTH108 - beside its opposite
+            raise
+        _sync_directory(path.parent)
+
+
 def write_durably(path: Path, content: bytes) -> None:
     """Put these bytes under this name, for good.
 
@@ -40,16 +149,8 @@ def write_durably(path: Path, content: bytes) -> None:
     ResumableError
         when the system refuses any step; no temporary file is left.
     """
-    temporary = path.with_name(f"{TEMPORARY_PREFIX}{path.name}")
-    with told_as_sentence(path, len(content)):
-        try:
-            _write_file(temporary, content)
-            os.replace(temporary, path)  # noqa: PTH105 - the one call the promise rests on
-        except BaseException:
-            with contextlib.suppress(OSError):
-                temporary.unlink()
-            raise
-        _sync_directory(path.parent)
+    with written_durably(path, len(content)) as file:
+        file.write(content)
 
 
 def make_directory(path: Path) -> None:
@@ -80,17 +181,6 @@ def told_as_sentence(path: Path, size: int) -> Iterator[None]:
             raise ResumableError(f"{path.parent}: no space is left, {needed}; free some and {AGAIN}") from error
         reason = REASONS.get(error.errno or 0, error.strerror or str(error))
         raise ResumableError(f"{path} cannot be written: {reason}; {AGAIN}") from error
-
-
-def _write_file(path: Path, content: bytes) -> None:
-    descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_CLOEXEC, 0o666)
-    try:
-        rest = memoryview(content)
-        while rest:
-            rest = rest[os.write(descriptor, rest) :]
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
 
 
 def _sync_directory(path: Path) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from magbear_cli.errors import Status
@@ -74,60 +74,60 @@ def harvest_case(branch: Branch, index: int) -> CaseOutcome:
         status=Status(known["status"]),
         sentence=known["sentence"],
         summary=Summary(**harvest_fields(SUMMARY.fields, summary)),
-        steps=tuple(_harvest(STEP, steps.branch(name)) for name in _counted(steps)),
+        steps=tuple(_harvest(STEP, steps.branch(name)) for name in counted(steps.children)),
         statistics=_harvest_statistics(branch),
         tables=_harvest_tables(branch),
         **parts,
     )
 
 
-def grow_study(results: StudyResults) -> Branch:
-    """The branch of a whole study: a table of the cases, each case in the order of its index, and their origin."""
-    outcomes = sorted(results.outcomes, key=lambda outcome: outcome.index)
-    cases = {case_name(outcome.index): grow_case(outcome) for outcome in outcomes}
-    names = sorted(results.provenance)
-    told = {"key": names, "text": [results.provenance[name] for name in names]}
-    study = {entry.name: getattr(results, entry.name) for entry in STUDY_FIELDS}
-    provenance = {**grow_fields(STUDY_FIELDS, study).children, "toolchain": grow_fields(ORIGIN, told)}
-    top = {"cases": grow_overview(outcomes), **cases, "provenance": Branch(provenance, {"NX_class": "NXcollection"})}
-    sealed = {
-        name: Branch(part.children, {**part.attributes, DIGEST: content_digest(part)}) for name, part in top.items()
-    }
-    attributes: dict[str, str | int] = {
-        "format": RESULTS_FORMAT,
-        "layout_version": LAYOUT_VERSION,
-        "NX_class": "NXroot",
-        "default": next(iter(cases), "cases"),
-    }
-    return Branch(sealed, attributes)
+def grow_provenance(about: StudyResults) -> Branch:
+    """The branch of a study's origin: its text, its report's wishes, and what computed it; no outcomes."""
+    names = sorted(about.provenance)
+    told = {"key": names, "text": [about.provenance[name] for name in names]}
+    study = {entry.name: getattr(about, entry.name) for entry in STUDY_FIELDS}
+    children = {**grow_fields(STUDY_FIELDS, study).children, "toolchain": grow_fields(ORIGIN, told)}
+    return Branch(children, {"NX_class": "NXcollection"})
 
 
-def harvest_study(root: Branch) -> StudyResults:
-    """The study of a tree: the inverse of ``grow_study``.
+def harvest_provenance(branch: Branch) -> StudyResults:
+    """The study of a branch without its outcomes: the inverse of ``grow_provenance``.
 
     Raises
     ------
     KeyError, TypeError, ValueError
-        when the tree does not hold a study, or a part of it is not what was stored; the text names the part.
+        when the branch does not hold one.
     """
-    for name in root.children:
-        part = root.branch(name)
-        if part.attributes.get(DIGEST) != content_digest(part):
-            raise ValueError(f"{name} is not what was stored")
-    provenance = root.branch("provenance")
-    told = harvest_fields(ORIGIN, provenance.branch("toolchain"))
-    names = [name for name in _counted(root) if name not in {"cases", "provenance"}]
-    return StudyResults(
-        **harvest_fields(STUDY_FIELDS, provenance),
-        outcomes=tuple(harvest_case(root.branch(name), case_index(name)) for name in names),
-        provenance=dict(zip(told["key"], told["text"], strict=True)),
-    )
+    told = harvest_fields(ORIGIN, branch.branch("toolchain"))
+    provenance = dict(zip(told["key"], told["text"], strict=True))
+    return StudyResults(**harvest_fields(STUDY_FIELDS, branch), outcomes=(), provenance=provenance)
 
 
-def grow_overview(outcomes: Sequence[CaseOutcome]) -> Branch:
-    """The table of the cases: one row a case, one column a figure."""
-    table = lifted(TABLE_FIELDS, [_row(outcome) for outcome in outcomes], "case")
+def root_attributes(first: str) -> dict[str, str | int]:
+    """What a results file says of itself; ``first`` is the group that a viewer shows."""
+    told: dict[str, str | int] = {"format": RESULTS_FORMAT, "layout_version": LAYOUT_VERSION}
+    return {**told, "NX_class": "NXroot", "default": first}
+
+
+def sealed(branch: Branch) -> Branch:
+    """The branch with the digest of its content among its attributes."""
+    return Branch(branch.children, {**branch.attributes, DIGEST: content_digest(branch)})
+
+
+def is_intact(branch: Branch) -> bool:
+    """Whether the content is what was sealed."""
+    return branch.attributes.get(DIGEST) == content_digest(branch)
+
+
+def grow_overview(rows: Sequence[Mapping[str, object]]) -> Branch:
+    """The table of the cases: one row a case (``overview_row``), one column a figure."""
+    table = lifted(TABLE_FIELDS, rows, "case")
     return Branch(table.children, {"NX_class": "NXdata", "signal": "worst_case", "axes": "case"})
+
+
+def counted(names: Iterable[str]) -> list[str]:
+    """The names, those that end in a number in the order of their numbers."""
+    return sorted(names, key=lambda name: (len(name), name))
 
 
 def case_name(index: int) -> str:
@@ -140,12 +140,8 @@ def case_index(name: str) -> int:
     return int(name.removeprefix("case_")) - 1
 
 
-def _counted(branch: Branch) -> list[str]:
-    """The names below a branch, those that end in a number in the order of their numbers."""
-    return sorted(branch.children, key=lambda name: (len(name), name))
-
-
-def _row(outcome: CaseOutcome) -> dict[str, object]:
+def overview_row(outcome: CaseOutcome) -> dict[str, object]:
+    """A case's row of the table."""
     mass = outcome.mass_kg
     low, high = (mass[0], mass[-1]) if isinstance(mass, Sequence) else (mass, mass)
     return {

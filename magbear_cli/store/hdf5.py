@@ -1,8 +1,8 @@
-"""Trees as HDF5 images and back: the same tree gives the same bytes, which any HDF5 reader understands.
+"""Trees as HDF5 files and back: the same trees give the same bytes, which any HDF5 reader understands.
 
-An image is built in memory and written by the system's own calls, because the HDF5 library takes the process down when
-a disk is full. Nothing that changes from run to run (times, hosts, pids) enters an image. A case has some eighty small
-datasets, for which h5py's low-level interface is three times as fast as its other one.
+The library writes through a file of ours, because it takes the process down when a disk is full. Nothing that changes
+from run to run (times, hosts, pids) enters a file. A case has some eighty small datasets, for which h5py's low-level
+interface is three times as fast as its other one.
 """
 
 from __future__ import annotations
@@ -10,11 +10,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from functools import lru_cache
 from pathlib import Path
+from types import TracebackType
+from typing import Self
 
 import h5py
 import numpy as np
 from h5py import h5a, h5d, h5ds, h5g, h5o, h5p, h5s, h5t
 
+from magbear_cli.store.durable import WholeFile
 from magbear_cli.store.layout import Field, Kind
 from magbear_cli.store.tree import Array, Branch, Leaf
 
@@ -22,41 +25,39 @@ SMALLEST_COMPRESSED_BYTES = 1024  # a chunk index costs more than it saves below
 DEFLATE_LEVEL = 4
 
 
-def build_image(root: Branch, *, is_described: bool = True) -> bytes:
-    """The bytes of an HDF5 file that holds this tree.
+class FileWriter:
+    """An HDF5 file that grows branch by branch; whatever was added is no longer in memory.
 
-    Without descriptions (units, meanings, dimension scales, compression) it is built five times as fast and still reads
-    back the same: enough for a file that only this program opens.
+    The bytes go to an open file of ours, whose refusals are noted there and looked at after each branch.
     """
-    with h5py.File("image", "w", driver="core", backing_store=False) as file:
-        _write_branch(file["/"].id, root, is_described=is_described)
-        file.flush()  # the image is what was flushed
-        image: bytes = file.id.get_file_image()
-    return image
 
+    def __init__(self, file: WholeFile) -> None:
+        """Begin an empty file."""
+        self._file = file
+        self._hdf5 = h5py.File(file, "w")
 
-def read_image(image: bytes) -> Branch:
-    """The tree of an HDF5 file held in memory.
+    def add(self, name: str, branch: Branch) -> None:
+        """Put a branch below the root.
 
-    Raises
-    ------
-    OSError, KeyError, RuntimeError, ValueError
-        when the bytes are not a readable HDF5 file.
-    """
-    with h5py.File(h5py.h5f.open_file_image(image)) as file:
-        return _read_branch(file["/"].id)
+        Raises
+        ------
+        OSError
+            when the system refused bytes; the file is then of no use.
+        """
+        try:
+            _write_branch(h5g.create(self._hdf5["/"].id, name.encode("ascii")), branch)
+        finally:
+            self._file.look_for_refusal()  # which says more than the library that stumbled over it
 
+    def close(self, attributes: Mapping[str, str | int]) -> None:
+        """Say what the file is and let go of it."""
+        for name, value in attributes.items():
+            _write_attribute(self._hdf5["/"].id, name, value)
+        self.discard()
 
-def read_image_attributes(image: bytes) -> dict[str, str | int]:
-    """The attributes of the root alone, for those who need not see the whole tree.
-
-    Raises
-    ------
-    OSError, KeyError, RuntimeError, ValueError
-        when the bytes are not a readable HDF5 file.
-    """
-    with h5py.File(h5py.h5f.open_file_image(image)) as file:
-        return dict(_read_attributes(file["/"].id))
+    def discard(self) -> None:
+        """Let go of the file as it is; twice is as good as once."""
+        self._hdf5.close()
 
 
 def is_hdf5(path: Path) -> bool:
@@ -64,37 +65,59 @@ def is_hdf5(path: Path) -> bool:
     return bool(h5py.is_hdf5(path))
 
 
-def read_file(path: Path) -> Branch:
-    """The tree of an HDF5 file, read without taking HDF5's own locks, which network file systems may not have.
+class FileReader:
+    """An open HDF5 file, read branch by branch, without HDF5's own locks, which network file systems may not have.
 
-    Raises
-    ------
-    OSError, KeyError, RuntimeError, ValueError
-        when the file is missing or is not a readable HDF5 file.
+    A context manager. Whatever is asked of it raises OSError, KeyError, RuntimeError or ValueError when the file is
+    missing or is not a readable HDF5 file.
     """
-    with h5py.File(path, "r", locking=False) as file:
-        return _read_branch(file["/"].id)
+
+    def __init__(self, path: Path) -> None:
+        """Open the file."""
+        self._hdf5 = h5py.File(path, "r", locking=False)
+
+    def __enter__(self) -> Self:
+        """Give the reader."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close the file."""
+        self._hdf5.close()
+
+    def attributes(self) -> dict[str, str | int]:
+        """What the file says of itself."""
+        return dict(_read_attributes(self._hdf5["/"].id))
+
+    def names(self) -> list[str]:
+        """The names below the root."""
+        return [name.decode("ascii") for name in self._hdf5["/"].id]
+
+    def branch(self, name: str) -> Branch:
+        """The branch of this name."""
+        group = h5o.open(self._hdf5["/"].id, name.encode("ascii"))
+        if not isinstance(group, h5g.GroupID):
+            raise KeyError(name)
+        return _read_branch(group)
 
 
-def _write_branch(group: h5g.GroupID, branch: Branch, *, is_described: bool) -> None:
+def _write_branch(group: h5g.GroupID, branch: Branch) -> None:
     for name, value in branch.attributes.items():
         _write_attribute(group, name, value)
     leaves = {name: leaf for name, leaf in branch.children.items() if isinstance(leaf, Leaf)}
-    datasets = {
-        name: _write_values(group, name, leaf.values, is_compressed=is_described) for name, leaf in leaves.items()
-    }
-    if is_described:
-        for name, leaf in leaves.items():
-            _describe(datasets[name], leaf.field)
-        for name, leaf in leaves.items():
-            _attach_axes(datasets, name, leaf.field.axes)
+    datasets = {name: _write_values(group, name, leaf.values) for name, leaf in leaves.items()}
+    for name, leaf in leaves.items():
+        _describe(datasets[name], leaf.field)
+    for name, leaf in leaves.items():
+        _attach_axes(datasets, name, leaf.field.axes)
     for name, child in branch.children.items():
         if isinstance(child, Branch):
-            _write_branch(h5g.create(group, name.encode("ascii")), child, is_described=is_described)
+            _write_branch(h5g.create(group, name.encode("ascii")), child)
 
 
-def _write_values(group: h5g.GroupID, name: str, values: Array, *, is_compressed: bool) -> h5d.DatasetID:
-    is_chunked = is_compressed and values.ndim > 0 and values.nbytes >= SMALLEST_COMPRESSED_BYTES
+def _write_values(group: h5g.GroupID, name: str, values: Array) -> h5d.DatasetID:
+    is_chunked = values.ndim > 0 and values.nbytes >= SMALLEST_COMPRESSED_BYTES
     storage = _storage(values.shape if is_chunked else ())
     file_type = _file_type(values)
     dataset = h5d.create(group, name.encode("ascii"), file_type, _space(values.shape), storage)

@@ -1,15 +1,39 @@
-"""The one file of a whole study, ``results.h5``: the same study gives the same bytes, and it reads back exactly."""
+"""The one file of a whole study, ``results.h5``: the same study gives the same bytes, and it reads back exactly.
+
+Cases go through one at a time, on the way in and on the way out, so a study of many takes no more memory than one of
+few.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 
 from magbear_cli.errors import InputError, ResumableError
-from magbear_cli.store.durable import write_durably
-from magbear_cli.store.forms import RESULTS_FORMAT, grow_study, harvest_study
-from magbear_cli.store.hdf5 import build_image, is_hdf5, read_file
+from magbear_cli.store.durable import written_durably
+from magbear_cli.store.forms import (
+    RESULTS_FORMAT,
+    case_index,
+    case_name,
+    counted,
+    grow_case,
+    grow_overview,
+    grow_provenance,
+    harvest_case,
+    harvest_provenance,
+    is_intact,
+    overview_row,
+    root_attributes,
+    sealed,
+)
+from magbear_cli.store.hdf5 import FileReader, FileWriter, is_hdf5
 from magbear_cli.store.layout import LAYOUT_VERSION
-from magbear_cli.study.outcome import StudyResults
+from magbear_cli.store.tree import Branch
+from magbear_cli.study.outcome import CaseOutcome, StudyResults
+
+OVERVIEW, PROVENANCE = "cases", "provenance"
+CASE_BYTES = 300_000  # what a case with simulations takes, to say how much room is missing
 
 
 def write_results(path: Path, results: StudyResults) -> None:
@@ -20,11 +44,38 @@ def write_results(path: Path, results: StudyResults) -> None:
     ResumableError
         when the system refuses; an older file of this name then stands as it was.
     """
-    write_durably(path, build_image(grow_study(results)))
+    outcomes = sorted(results.outcomes, key=lambda outcome: outcome.index)
+    write_outcomes(path, results, outcomes, len(outcomes) * CASE_BYTES)
 
 
-def read_results(path: Path) -> StudyResults:
+def write_outcomes(path: Path, about: StudyResults, outcomes: Iterable[CaseOutcome], size: int) -> None:
+    """Write these outcomes, which come in the order of their index, with the origin that ``about`` tells.
+
+    Each outcome is asked for when the one before is written; ``size`` is what the file will take, about, in bytes.
+
+    Raises
+    ------
+    ResumableError
+        when the system refuses; an older file of this name then stands as it was.
+    """
+    rows: list[dict[str, object]] = []
+    with written_durably(path, size) as file:
+        writer = FileWriter(file)
+        try:
+            for outcome in outcomes:
+                writer.add(case_name(outcome.index), sealed(grow_case(outcome)))
+                rows.append(overview_row(outcome))
+            writer.add(OVERVIEW, sealed(grow_overview(rows)))
+            writer.add(PROVENANCE, sealed(grow_provenance(about)))
+            writer.close(root_attributes(str(rows[0]["group"]) if rows else OVERVIEW))
+        finally:
+            writer.discard()
+
+
+def read_results(path: Path, most_whole: int | None = None) -> StudyResults:
     """The study that a results file holds, exactly as it was written.
+
+    Of cases after the first ``most_whole`` the samples are left out (None: all are whole).
 
     Raises
     ------
@@ -38,20 +89,46 @@ def read_results(path: Path) -> StudyResults:
     if not is_hdf5(path):
         raise InputError(f"{path} is not an HDF5 file; a run's results are in the results.h5 of its directory")
     try:
-        root = read_file(path)
+        with FileReader(path) as file:
+            _look_at(file, path)
+            return _harvested(file, path, most_whole)
     except (OSError, KeyError, RuntimeError, ValueError, UnicodeDecodeError) as error:
         raise ResumableError(f"{path} cannot be read as a results file: {_first_line(error)}") from error
-    if root.attributes.get("format") != RESULTS_FORMAT:
+
+
+def _look_at(file: FileReader, path: Path) -> None:
+    """Refuse what is no results file of this layout."""
+    attributes = file.attributes()
+    if attributes.get("format") != RESULTS_FORMAT:
         raise InputError(f"{path} is an HDF5 file, but not one of magbear results")
-    version = root.attributes.get("layout_version")
+    version = attributes.get("layout_version")
     if version != LAYOUT_VERSION:
         raise InputError(f"{path} has layout {version}, this version of magbear reads {LAYOUT_VERSION}")
+
+
+def _harvested(file: FileReader, path: Path, most_whole: int | None) -> StudyResults:
+    names = counted(file.names())
+    outcomes: list[CaseOutcome] = []
+    name = PROVENANCE
     try:
-        return harvest_study(root)
+        about = harvest_provenance(_intact(file, PROVENANCE))
+        for name in names:
+            branch = _intact(file, name)
+            if name not in {OVERVIEW, PROVENANCE}:
+                outcome = harvest_case(branch, case_index(name))
+                is_whole = most_whole is None or len(outcomes) < most_whole
+                outcomes.append(outcome if is_whole else outcome.without_samples())
     except (KeyError, TypeError, ValueError) as error:
-        raise ResumableError(
-            f"{path} is damaged: {_first_line(error)}; run the study again to write it anew"
-        ) from error
+        what = _first_line(error)
+        raise ResumableError(f"{path} is damaged at {name}: {what}; run the study again to write it anew") from error
+    return replace(about, outcomes=tuple(outcomes))
+
+
+def _intact(file: FileReader, name: str) -> Branch:
+    branch = file.branch(name)
+    if not is_intact(branch):
+        raise ValueError("it is not what was stored")
+    return branch
 
 
 def _first_line(error: Exception) -> str:

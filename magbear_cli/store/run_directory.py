@@ -4,7 +4,7 @@
 
     DIR/.lock                                    held while a run works here
     DIR/study.yaml                               the study as given
-    DIR/cases/ab/abcdef0123456789.<digest>.h5    one finished case
+    DIR/cases/ab/abcdef0123456789.<digest>.case  one finished case
     DIR/log.jsonl                                times, hosts, attempts: everything that changes from run to run
     DIR/results.h5                               all cases, written when the run ends
     DIR/report/index.html                        the report
@@ -22,14 +22,17 @@ import shutil
 import socket
 import time
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
 from magbear_cli.errors import ResumableError
 from magbear_cli.store.durable import AGAIN, MEGABYTE, make_directory, told_as_sentence, write_durably
+from magbear_cli.store.forms import grow_provenance, harvest_provenance
 from magbear_cli.store.lock import DirectoryLock
+from magbear_cli.store.results import write_outcomes
 from magbear_cli.store.shards import DamagedShardError, ShardHead, read_head, read_shard, take_inventory, write_shard
 from magbear_cli.store.toolchain import Toolchain, provenance, this_toolchain
 from magbear_cli.study.outcome import CaseOutcome, StudyResults
@@ -37,6 +40,7 @@ from magbear_cli.study.plan import Case
 
 CASE_ESTIMATE_BYTES = 500_000  # 400 frequencies, 3 masses and 3 steps of 1001 samples take 290 kB
 COPIES = 2  # shards and results
+MOST_WHOLE = 200  # cases held with their samples when a run ends, for the figures of its report
 
 
 class RunDirectory:
@@ -45,8 +49,12 @@ class RunDirectory:
     ``notes`` are sentences about what was found and not used, for the user.
     """
 
-    def __init__(self, path: Path, study_text: str, toolchain: Toolchain | None = None) -> None:
+    def __init__(
+        self, path: Path, study_text: str, toolchain: Toolchain | None = None, *, accept_mixed: bool = False
+    ) -> None:
         """Make or take over the directory, lock it, and keep the study as given.
+
+        With ``accept_mixed`` answers that another toolchain computed are good; the results then name it.
 
         Raises
         ------
@@ -55,6 +63,7 @@ class RunDirectory:
         """
         self.path = path
         self.toolchain = this_toolchain() if toolchain is None else toolchain
+        self.is_mixed_accepted = accept_mixed
         self.notes: list[str] = []
         self._text = study_text
         self._cases = path / "cases"
@@ -95,9 +104,7 @@ class RunDirectory:
         """The cases that must be computed; sentences on the others that cannot be used go to ``notes``."""
         reasons: Counter[str] = Counter()
         kept = {case.id: self._is_answered(case, reasons) for case in {case.id: case for case in cases}.values()}
-        self.notes += [
-            f"{reason} ({count} case{'s' if count > 1 else ''})" for reason, count in sorted(reasons.items())
-        ]
+        self.notes += [f"{reason} ({count_of(count)})" for reason, count in sorted(reasons.items())]
         return tuple(case for case in cases if not kept[case.id])
 
     def reserve(self, cases: int) -> None:
@@ -125,23 +132,45 @@ class RunDirectory:
         """
         self._inventory[outcome.case_id] = (write_shard(self._cases, outcome, self.toolchain),)
 
-    def outcomes(self, cases: Iterable[Case]) -> tuple[CaseOutcome, ...]:
-        """What is stored of these cases by this toolchain, answers and failures, in their order.
+    def outcomes(self, cases: Iterable[Case]) -> Iterator[CaseOutcome]:
+        """What is stored of these cases, answers and failures, in their order, each read when it is asked for.
 
         Raises
         ------
         ResumableError
             when a shard cannot be read although its name proves its content.
         """
-        found = ((case, self._chosen(case, Counter())) for case in cases)
-        try:
-            return tuple(read_shard(chosen[0], case) for case, chosen in found if chosen)
-        except DamagedShardError as error:
-            raise ResumableError(f"{self._cases}: {error}; delete it and {AGAIN}") from error
+        for case in cases:
+            chosen = self._chosen(case, Counter())
+            if chosen:
+                try:
+                    outcome = read_shard(chosen[0], case)
+                except DamagedShardError as error:
+                    raise ResumableError(f"{self._cases}: {error}; delete it and {AGAIN}") from error
+                yield outcome
 
-    def gather(self, cases: Iterable[Case], name: str, report: Mapping[str, Any]) -> StudyResults:
-        """The study's results as far as it was computed, with their origin."""
-        return StudyResults(name, self._text, self.outcomes(cases), report, provenance(self.toolchain))
+    def gather(self, cases: Sequence[Case], name: str, report: Mapping[str, Any]) -> StudyResults:
+        """Write the results file of the study as far as it was computed, and give what it holds.
+
+        One case is in memory at a time. Of the first ``MOST_WHOLE`` the answer has everything, of the others all but
+        the samples.
+
+        Raises
+        ------
+        ResumableError
+            when the system refuses; an older results file then stands as it was.
+        """
+        told = StudyResults(name, self._text, (), report, self._origin(cases))
+        about = harvest_provenance(grow_provenance(told))  # what is shown is what the file says
+        kept: list[CaseOutcome] = []
+
+        def passed_on() -> Iterator[CaseOutcome]:
+            for outcome in self.outcomes(cases):
+                kept.append(outcome if len(kept) < MOST_WHOLE else outcome.without_samples())
+                yield outcome
+
+        write_outcomes(self.results_path, about, passed_on(), len(cases) * self._bytes_per_case())
+        return replace(about, outcomes=tuple(kept))
 
     def log(self, event: str, **facts: object) -> None:
         """Add a line to the log, with the time and the host.
@@ -189,8 +218,8 @@ class RunDirectory:
         return status.is_answer
 
     def _chosen(self, case: Case, reasons: Counter[str]) -> tuple[Path, ShardHead] | None:
-        """The shard of a case by this toolchain: an answer if there is one, else a failure, else None."""
-        failure, excuses = None, []
+        """The shard of a case: this toolchain's answer, else another's if that is accepted, else a failure, or None."""
+        failure, other, excuses = None, None, []
         for path in self._inventory.get(case.id, ()):
             try:
                 head = read_head(path)
@@ -199,14 +228,30 @@ class RunDirectory:
                 continue
             if head.toolchain.fingerprint != self.toolchain.fingerprint:
                 change = self.toolchain.differences(head.toolchain)
-                excuses.append(f"computed by another toolchain ({change}), will be computed again")
+                if self.is_mixed_accepted and head.status.is_answer:
+                    other = path, head
+                    excuses.append(f"computed by another toolchain ({change}), taken all the same")
+                else:
+                    excuses.append(
+                        f"computed by another toolchain ({change}), will be computed again "
+                        "(--accept-mixed takes it as it is)"
+                    )
             elif head.status.is_answer:
                 return path, head
             else:
                 failure = path, head
         if failure is None:
             reasons.update(excuses[:1])
-        return failure
+        return other or failure
+
+    def _origin(self, cases: Iterable[Case]) -> dict[str, str]:
+        """What computed the cases; other toolchains that were let in are named."""
+        mixed: Counter[str] = Counter()
+        if self.is_mixed_accepted:
+            chosen = (self._chosen(case, Counter()) for case in cases)
+            mixed.update(self.toolchain.differences(head.toolchain) for _, head in filter(None, chosen))
+        told = "; ".join(f"{count_of(count)}: {change}" for change, count in sorted(mixed.items()) if change)
+        return provenance(self.toolchain) | ({"computed_by_other_toolchains": told} if told else {})
 
     def _bytes_per_case(self) -> int:
         """The size of a stored case here, or an estimate before there is one."""
@@ -214,3 +259,8 @@ class RunDirectory:
             with contextlib.suppress(OSError):
                 return max(path.stat().st_size for path in paths)
         return CASE_ESTIMATE_BYTES
+
+
+def count_of(cases: int) -> str:
+    """So many cases, in words."""
+    return f"{cases} case{'' if cases == 1 else 's'}"

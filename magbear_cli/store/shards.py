@@ -1,4 +1,4 @@
-"""One file a finished case, named by its case and its content: ``cases/ab/abcdef0123456789.<sha256, 16 digits>.h5``.
+"""One file a finished case, named by its case and its content: ``cases/ab/abcdef0123456789.<sha256, 16 digits>.case``.
 
 The name proves the content, so reading means hashing: what does not match its name was damaged and counts as not there.
 """
@@ -10,20 +10,20 @@ import hashlib
 import re
 from collections import defaultdict
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from magbear_cli.errors import Status
 from magbear_cli.store.durable import TEMPORARY_PREFIX, make_directory, write_durably
 from magbear_cli.store.forms import grow_case, harvest_case
-from magbear_cli.store.hdf5 import build_image, read_image, read_image_attributes
 from magbear_cli.store.layout import LAYOUT_VERSION
+from magbear_cli.store.packing import pack_tree, unpack_attributes, unpack_tree
 from magbear_cli.store.toolchain import Toolchain
 from magbear_cli.store.tree import Branch
 from magbear_cli.study.outcome import CaseOutcome
 from magbear_cli.study.plan import Case, canonical_json
 
-NAME = re.compile(r"(?P<case>[0-9a-f]{16})\.(?P<digest>[0-9a-f]{16})\.h5")
+NAME = re.compile(r"(?P<case>[0-9a-f]{16})\.(?P<digest>[0-9a-f]{16})\.case")
 SHARD_FORMAT = "magbear case"
 UNREADABLE = (OSError, KeyError, TypeError, ValueError, RuntimeError)
 
@@ -60,8 +60,8 @@ def write_shard(folder: Path, outcome: CaseOutcome, toolchain: Toolchain) -> Pat
     image = shard_image(outcome, toolchain)
     home = folder / outcome.case_id[:2]
     make_directory(home)
-    path = home / f"{outcome.case_id}.{_digest(image)}.h5"
-    older = [other for other in home.glob(f"{outcome.case_id}.*.h5") if other != path]
+    path = home / f"{outcome.case_id}.{_digest(image)}.case"
+    older = [other for other in home.glob(f"{outcome.case_id}.*.case") if other != path]
     write_durably(path, image)
     for other in older:
         with contextlib.suppress(OSError):
@@ -77,7 +77,7 @@ def shard_image(outcome: CaseOutcome, toolchain: Toolchain) -> bytes:
         "status": outcome.status.value,
         "toolchain": toolchain.text,
     }
-    return build_image(Branch(grow_case(outcome).children, own), is_described=False)
+    return pack_tree(Branch(grow_case(outcome).children, own))
 
 
 def read_head(path: Path) -> ShardHead:
@@ -89,7 +89,7 @@ def read_head(path: Path) -> ShardHead:
         when it does not match, or was not written by this version's layout.
     """
     try:
-        head = read_image_attributes(_proven_image(path))
+        head = unpack_attributes(_proven_image(path))
         if head["format"] != SHARD_FORMAT or head["layout_version"] != LAYOUT_VERSION:
             raise DamagedShardError(f"{path.name} has the layout of another version")
         return ShardHead(Status(str(head["status"])), Toolchain.of_text(str(head["toolchain"])))
@@ -106,12 +106,12 @@ def read_shard(path: Path, case: Case) -> CaseOutcome:
         when the content does not match the name, or it is another case.
     """
     try:
-        outcome = harvest_case(read_image(_proven_image(path)), case.index)
+        outcome = harvest_case(unpack_tree(_proven_image(path)), case.index)
     except UNREADABLE as error:
         raise DamagedShardError(f"{path.name} does not hold a case: {error}") from error
     if outcome.case_id != case.id or canonical_json(outcome.inputs) != canonical_json(case.inputs):
         raise DamagedShardError(f"{path.name} holds another case")
-    return outcome
+    return replace(outcome, inputs=case.inputs)  # equal, and held once
 
 
 def take_inventory(folder: Path) -> ShardInventory:

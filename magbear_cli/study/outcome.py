@@ -6,7 +6,7 @@ Floors above only store, draw and print this. All figures in SI units; NaN or No
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -117,6 +117,12 @@ class StepOutcome:
         """Whether the rotor met the stator."""
         return self.end == "touched_down"
 
+    def without_samples(self) -> StepOutcome:
+        """The same without its curves; when it ended is kept."""
+        names = ("position_m", "current_a", "reference_m", "linear_position_m", "linear_current_a")
+        curves: dict[str, Any] = dict.fromkeys(names, np.zeros(0))
+        return replace(self, time_s=self.time_s[-1:].copy(), **curves)
+
 
 @dataclass(frozen=True)
 class CaseOutcome:
@@ -135,6 +141,11 @@ class CaseOutcome:
     statistics: Mapping[str, float] = field(default_factory=dict)
     impossibility: ImpossibilityProof | None = None
     tables: Mapping[str, Table] = field(default_factory=dict)  # by name, what the method shows beside its controller
+
+    def without_samples(self) -> CaseOutcome:
+        """The same without its arrays: what a reader of many cases keeps of each."""
+        steps = tuple(step.without_samples() for step in self.steps)
+        return replace(self, steps=steps, controller=None, frequency=None, poles=None, impossibility=None, tables={})
 
     @property
     def method(self) -> str:

@@ -72,7 +72,7 @@ def test_the_run_directory_holds_what_was_promised(finished: Path, tiny: Path) -
     """The study as given, a results file, a report, a shard a case, and a log."""
     assert (finished / "study.yaml").read_text("utf-8") == tiny.read_text("utf-8")
     assert (finished / "report" / "index.html").is_file()
-    assert len(list((finished / "cases").rglob("*.h5"))) == 2
+    assert len(list((finished / "cases").rglob("*.case"))) == 2
     events = [json.loads(line)["event"] for line in (finished / "log.jsonl").read_text("utf-8").splitlines()]
     assert events == ["run began", "case ended", "case ended", "run ended"]
 

@@ -57,7 +57,7 @@ def test_a_read_only_file_system_is_named(mounted: Callable[[str], Path]) -> Non
         make_directory(folder / "a" / "b")
 
 
-@pytest.mark.parametrize("call", ["open", "write", "fsync", "replace"])
+@pytest.mark.parametrize("call", ["open", "pwrite", "fsync", "replace"])
 @pytest.mark.parametrize("number", [errno.EIO, errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EMFILE, errno.EPROTO])
 def test_every_step_may_be_refused(call: str, number: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Whichever call fails, and how: a sentence, the old content or the new one, and no temporary file."""
@@ -77,8 +77,8 @@ def test_every_step_may_be_refused(call: str, number: int, tmp_path: Path, monke
 
 def test_short_writes_are_continued(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The system may take fewer bytes than offered; the rest is offered again."""
-    write = os.write
-    monkeypatch.setattr(os, "write", lambda descriptor, content: write(descriptor, bytes(content)[:3]))
+    write = os.pwrite
+    monkeypatch.setattr(os, "pwrite", lambda descriptor, content, at: write(descriptor, bytes(content)[:3], at))
     write_durably(tmp_path / "x", b"0123456789")
     assert (tmp_path / "x").read_bytes() == b"0123456789"
 

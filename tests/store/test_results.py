@@ -148,11 +148,14 @@ FLIP_READER = """
 import sys, os, pathlib
 from magbear_cli.errors import MagbearError
 from magbear_cli.store.results import read_results
-from magbear_cli.store.forms import grow_study
+from magbear_cli.store.forms import grow_case, grow_provenance
 from magbear_cli.store.tree import content_digest
+def digest(path):
+    study = read_results(path)
+    return [content_digest(branch) for branch in (grow_provenance(study), *map(grow_case, study.outcomes))]
 path = pathlib.Path(sys.argv[1])
 content = bytearray(path.read_bytes())
-wanted = content_digest(grow_study(read_results(path)))
+wanted = digest(path)
 broken = path.with_name("broken.h5")
 for place in map(int, sys.argv[2:]):
     content[place // 8] ^= 1 << place % 8
@@ -162,7 +165,7 @@ for place in map(int, sys.argv[2:]):
     if not child:
         code = 2
         try:
-            code = 0 if content_digest(grow_study(read_results(broken))) == wanted else 1
+            code = 0 if digest(broken) == wanted else 1
         except MagbearError:
             code = 0
         finally:
