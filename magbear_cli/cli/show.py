@@ -23,7 +23,7 @@ def show(results: Path, *, as_json: bool) -> None:
     from magbear_cli.store.results import read_results
 
     path = results_file(results)
-    study = read_results(path)
+    study = read_results(path, 0)
     if as_json:
         from magbear_cli.study.summary import study_document
 

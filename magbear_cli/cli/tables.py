@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
+from collections import Counter
 from collections.abc import Sequence
 from itertools import islice
 
@@ -17,19 +18,28 @@ from magbear_cli.study.outcome import CaseOutcome, StepOutcome, StudyResults
 
 ID_SHOWN = 7  # digits; --case takes any beginning of an identity
 MOST_STEPS = 60
+MOST_CASES = 200
 PLAIN_WIDTH = 110  # of a table that goes into a file or a pipe
 DASH = "–"
 
 
 def study_tables(results: StudyResults) -> str:
-    """Every case, the sentences of those that have one, and the step responses; no wider than the terminal."""
+    """The cases, the sentences of those that have one, and the step responses; no wider than the terminal.
+
+    Of many cases the first ones are in the table, and all of them in a count by status.
+    """
     console = Console() if sys.stdout.isatty() else Console(width=PLAIN_WIDTH)
+    outcomes = results.outcomes[:MOST_CASES]
     with console.capture() as capture:
-        console.print(_case_table(results.outcomes))
-        for outcome in results.outcomes:
+        console.print(_case_table(outcomes))
+        for outcome in outcomes:
             if outcome.sentence:
                 console.print(Text(f"{outcome.case_id[:ID_SHOWN]} {outcome.status.value}: {outcome.sentence}"))
-        _print_steps(console, results.outcomes)
+        _print_steps(console, outcomes)
+        if len(outcomes) < len(results.outcomes):
+            counts = Counter(outcome.status.value for outcome in results.outcomes)
+            told = ", ".join(f"{count} {status}" for status, count in sorted(counts.items()))
+            console.print(Text(f"the first {MOST_CASES} of {len(results.outcomes)} cases; all of them: {told}"))
     return "\n".join(line.rstrip() for line in capture.get().splitlines())
 
 

@@ -12,10 +12,10 @@ from magbear_cli.report.limits_figure import limits_drawing
 from magbear_cli.report.mu_figure import mu_drawing
 from magbear_cli.report.orders_figure import orders_drawing
 from magbear_cli.report.poles_figure import poles_drawing
+from magbear_cli.report.selection import drawn, shown, shown_sweep
 from magbear_cli.report.sensitivity_figure import sensitivity_drawing
 from magbear_cli.report.series import Labels
 from magbear_cli.report.step_figure import step_drawings
-from magbear_cli.report.sweep import find_sweep
 from magbear_cli.report.trade_off_figure import trade_off_drawings
 from magbear_cli.study.outcome import CaseOutcome, StudyResults
 
@@ -48,29 +48,29 @@ def wanted_figures(results: StudyResults) -> list[str]:
 
 def study_drawings(results: StudyResults, labels: Labels) -> Iterator[Drawing]:
     """The figures about several cases: limitation curves, the trade-off of order, controller gains."""
-    wanted = wanted_figures(results)
-    limits = limits_drawing(results.outcomes)  # of whoever sought one
+    wanted, outcomes = wanted_figures(results), shown(results).outcomes
+    limits = limits_drawing(outcomes)  # of whoever sought one
     if limits is not None:
         yield limits
-    current = least_current_drawing(results.outcomes)
+    current = least_current_drawing(outcomes)
     if current is not None:
         yield current
-    sweep = find_sweep(results.outcomes, labels) if "limitation" in wanted else None
+    sweep = shown_sweep(results.outcomes, labels) if "limitation" in wanted else None
     if sweep is not None:
         yield limitation_drawing(sweep)
-    orders = orders_drawing(results.outcomes, labels)
+    orders = orders_drawing(outcomes, labels)
     if orders is None:
-        yield from trade_off_drawings(results.outcomes, labels)
+        yield from trade_off_drawings(outcomes, labels)
     else:
         yield orders
     if "controller_gain" in wanted:
-        yield from controller_gain_drawings(results.outcomes, labels)
+        yield from controller_gain_drawings(outcomes, labels)
 
 
 def case_drawings(results: StudyResults, labels: Labels) -> Iterator[Drawing]:
-    """The figures about one case each, case by case in the order of the study."""
-    wanted = wanted_figures(results)
-    for outcome in results.outcomes:
+    """The figures about one case each, case by case in the order of the study, of the first cases."""
+    wanted, outcomes = wanted_figures(results), shown(results).outcomes
+    for outcome in drawn(outcomes):
         for kind in wanted:
             if kind in PER_CASE:
-                yield from PER_CASE[kind](outcome, results.outcomes, labels)
+                yield from PER_CASE[kind](outcome, outcomes, labels)

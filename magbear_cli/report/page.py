@@ -11,6 +11,7 @@ from markupsafe import Markup, escape
 
 from magbear_cli.report import tables
 from magbear_cli.report.drawing import Drawing
+from magbear_cli.report.selection import omissions, shown
 from magbear_cli.report.series import Labels
 from magbear_cli.report.svg import inlined
 from magbear_cli.report.verdict import headline, remarks
@@ -67,11 +68,12 @@ def render_page(results: StudyResults, labels: Labels, plates: Plates) -> str:
     """The HTML of the page."""
     own = [plate for plate in plates.plates if plate.case_id is not None]
     overview, controllers = _shared(plates)
+    whole, results = results, shown(results)
     return page_template("page.html.j2").render(
         name=results.name,
         style=Markup(resource("page.css")),  # noqa: S704 - a file of this package
-        headline=headline(results.outcomes),
-        remarks=remarks(results, labels),
+        headline=headline(whole.outcomes),
+        remarks=[*remarks(whole, labels), *omissions(len(whole.outcomes), has_case_figures=bool(own))],
         letters=plates.letters,
         overview_title=_overview_title(overview),
         overview=overview,

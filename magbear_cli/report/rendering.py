@@ -9,8 +9,10 @@ from magbear_cli.report.canvas import house_style, rendered
 from magbear_cli.report.drawing import csv_bytes
 from magbear_cli.report.gallery import case_drawings, study_drawings
 from magbear_cli.report.page import Plates, render_page
+from magbear_cli.report.selection import MOST_CASES
 from magbear_cli.report.series import Labels
 from magbear_cli.report.svg import described
+from magbear_cli.report.tables import case_columns
 from magbear_cli.study.outcome import StudyResults
 
 PAGE = "index.html"
@@ -28,4 +30,6 @@ def report_files(results: StudyResults) -> Iterator[tuple[str, bytes]]:
             yield f"{FIGURES}/{drawing.name}.pdf", rendered(drawing.figure, "pdf")
             yield f"{FIGURES}/{drawing.name}.png", rendered(drawing.figure, "png")
             yield f"{FIGURES}/{drawing.name}.svg", svg
+    if len(results.outcomes) > MOST_CASES:
+        yield f"{TABLES}/cases.csv", csv_bytes(case_columns(results.outcomes))
     yield PAGE, render_page(results, labels, plates).encode("utf-8")

@@ -16,7 +16,7 @@ from magbear_cli.report.numbers import (
     shortest,
     significant,
 )
-from magbear_cli.report.series import Labels, file_stem
+from magbear_cli.report.series import Labels, file_stem, mass_ends_kg
 from magbear_cli.report.step_figure import prefilter_text, step_text
 from magbear_cli.report.verdict import STATUS_MARKS, STATUS_WORDS
 from magbear_cli.study.outcome import CaseOutcome, StepOutcome, StudyResults
@@ -111,6 +111,23 @@ def case_rows(results: StudyResults, labels: Labels) -> list[CaseRow]:
         )
         for outcome in results.outcomes
     ]
+
+
+def case_columns(outcomes: Sequence[CaseOutcome]) -> dict[str, list[object]]:
+    """Every case of a study whose page does not show them all, a list a column."""
+    figures = ("level", "peak_mu", "worst_case", "lower_bound", "order", "peak_gain_a_per_m", "peak_ks_a_per_m")
+    masses = [mass_ends_kg(outcome) for outcome in outcomes]
+    return {
+        "case_id": [outcome.case_id for outcome in outcomes],
+        "status": [outcome.status.value for outcome in outcomes],
+        "method": [outcome.method for outcome in outcomes],
+        "mass_low_kg": [low for low, _ in masses],
+        "mass_high_kg": [high for _, high in masses],
+        "omega_c_rad_s": [outcome.omega_c_rad_s for outcome in outcomes],
+        **{name: [getattr(outcome.summary, name) for outcome in outcomes] for name in figures},
+        "verified": [int(outcome.summary.verified) for outcome in outcomes],
+        "sentence": [outcome.sentence for outcome in outcomes],
+    }
 
 
 def _case_cells(outcome: CaseOutcome) -> tuple[str, ...]:

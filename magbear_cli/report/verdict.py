@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from magbear_cli.errors import Status
 from magbear_cli.report.limit_curves import LIMIT, brackets
 from magbear_cli.report.numbers import count_text, mass_text, omega_text, significant
+from magbear_cli.report.selection import MOST_SWEPT
 from magbear_cli.report.series import Labels, problem_key
 from magbear_cli.report.sweep import crossings, find_sweep, worst_case
 from magbear_cli.study.outcome import CaseOutcome, StudyResults
@@ -144,7 +145,7 @@ def _brackets(outcomes: Sequence[CaseOutcome], labels: Labels) -> list[str]:
 
 def _limits(results: StudyResults, labels: Labels) -> list[str]:
     """Where the exact worst case crosses level 1 along a sweep."""
-    sweep = find_sweep(results.outcomes, labels)
+    sweep = find_sweep(results.outcomes, labels) if len(results.outcomes) <= MOST_SWEPT else None
     if sweep is None:
         return []
     told = []

@@ -21,7 +21,7 @@ from magbear_cli.store.durable import WholeFile
 from magbear_cli.store.layout import Field, Kind
 from magbear_cli.store.tree import Array, Branch, Leaf
 
-SMALLEST_COMPRESSED_BYTES = 1024  # a chunk index costs more than it saves below
+SMALLEST_COMPRESSED_BYTES = 4096  # a chunk index costs more than it saves below
 DEFLATE_LEVEL = 4
 
 

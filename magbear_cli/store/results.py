@@ -6,7 +6,7 @@ few.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -72,10 +72,11 @@ def write_outcomes(path: Path, about: StudyResults, outcomes: Iterable[CaseOutco
             writer.discard()
 
 
-def read_results(path: Path, most_whole: int | None = None) -> StudyResults:
+def read_results(path: Path, most_whole: int | None = None, only: Sequence[str] = ()) -> StudyResults:
     """The study that a results file holds, exactly as it was written.
 
-    Of cases after the first ``most_whole`` the samples are left out (None: all are whole).
+    Of cases after the first ``most_whole`` the samples are left out (None: all are whole); ``only`` leaves out the
+    cases whose identity begins with none of these.
 
     Raises
     ------
@@ -91,7 +92,7 @@ def read_results(path: Path, most_whole: int | None = None) -> StudyResults:
     try:
         with FileReader(path) as file:
             _look_at(file, path)
-            return _harvested(file, path, most_whole)
+            return _harvested(file, path, most_whole, only)
     except (OSError, KeyError, RuntimeError, ValueError, UnicodeDecodeError) as error:
         raise ResumableError(f"{path} cannot be read as a results file: {_first_line(error)}") from error
 
@@ -106,7 +107,7 @@ def _look_at(file: FileReader, path: Path) -> None:
         raise InputError(f"{path} has layout {version}, this version of magbear reads {LAYOUT_VERSION}")
 
 
-def _harvested(file: FileReader, path: Path, most_whole: int | None) -> StudyResults:
+def _harvested(file: FileReader, path: Path, most_whole: int | None, only: Sequence[str]) -> StudyResults:
     names = counted(file.names())
     outcomes: list[CaseOutcome] = []
     name = PROVENANCE
@@ -116,6 +117,8 @@ def _harvested(file: FileReader, path: Path, most_whole: int | None) -> StudyRes
             branch = _intact(file, name)
             if name not in {OVERVIEW, PROVENANCE}:
                 outcome = harvest_case(branch, case_index(name))
+                if only and not outcome.case_id.startswith(tuple(only)):
+                    continue
                 is_whole = most_whole is None or len(outcomes) < most_whole
                 outcomes.append(outcome if is_whole else outcome.without_samples())
     except (KeyError, TypeError, ValueError) as error:
