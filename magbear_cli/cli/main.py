@@ -55,7 +55,7 @@ class LateCommands(click.Group):
 
 
 class Terminated(BaseException):
-    """SIGTERM arrived."""
+    """SIGTERM arrived, or the terminal is gone."""
 
 
 @click.command(cls=LateCommands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
@@ -72,6 +72,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and end the process with its exit code."""
     settle_streams()
     signal.signal(signal.SIGTERM, _terminate)
+    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:  # nohup asks for that
+        signal.signal(signal.SIGHUP, _terminate)
     given = list(sys.argv[1:] if arguments is None else arguments)
     code = _guarded(given)
     try:

@@ -21,8 +21,16 @@ if TYPE_CHECKING:
 @click.argument("directories", type=RESULTS, nargs=-1, required=True, metavar="DIR...")
 @click.option("-o", "--output", type=RESULTS, help="Directory of the whole run.  [default: out/STUDY_NAME]")
 @click.option("--progress/--no-progress", default=None, help="Show progress.  [default: on a terminal]")
+@click.option("--accept-mixed", is_flag=True, help="Take cases of another toolchain; the results name it.")
 @as_json
-def merge(directories: tuple[Path, ...], output: Path | None, *, progress: bool | None, as_json: bool) -> int:
+def merge(
+    directories: tuple[Path, ...],
+    output: Path | None,
+    *,
+    progress: bool | None,
+    accept_mixed: bool,
+    as_json: bool,
+) -> int:
     """Put the parts of a study together as one run.
 
     DIR... are directories of ``magbear run --shard I/N`` of one and the same study, here or on other machines of the
@@ -42,7 +50,7 @@ def merge(directories: tuple[Path, ...], output: Path | None, *, progress: bool 
     study = read_study_text(text, str(directories[0] / "study.yaml"), (), directories[0])
     cases = planned_cases(study)
     path = usable_directory(default_output(study.name) if output is None else output)
-    with RunDirectory(path, text) as whole:
+    with RunDirectory(path, text, accept_mixed=accept_mixed) as whole:
         for part in directories:
             if part.resolve() != path.resolve():
                 _take(part, text, cases, whole)
@@ -81,8 +89,8 @@ def _take(part: Path, text: str, cases: Sequence[Case], whole: RunDirectory) -> 
     """Store each case that the whole lacks and the part has, while nobody else works in the part."""
     from magbear_cli.store.run_directory import RunDirectory
 
-    with RunDirectory(part, text) as source:
-        for case in whole.missing(cases):
-            for outcome in source.outcomes([case]):
-                whole.keep(outcome)
+    with RunDirectory(part, text, accept_mixed=whole.is_mixed_accepted) as source:
+        lacking = whole.missing(cases)
+        whole.adopt(source, lacking)
+        source.missing(lacking)
         whole.notes += source.notes

@@ -41,6 +41,18 @@ def running(command: Command) -> Command:
             click.option(
                 "--shard", callback=_part, metavar="I/N", help="Compute every N-th case, from the I-th (0, 1, …)."
             ),
+            click.option(
+                "--executor",
+                type=click.Choice(["local", "dask"]),
+                default="local",
+                show_default=True,
+                help="Compute here, or on the machines of a Dask cluster.",
+            ),
+            click.option("--scheduler", metavar="HOST:PORT", help="The scheduler of that cluster."),
+            click.option(
+                "--accept-mixed", is_flag=True, help="Take stored cases of another toolchain; the results name it."
+            ),
+            click.option("--events", metavar="FILE", help="Write what happens as JSON lines; - is standard output."),
             click.option("--fresh", is_flag=True, help="Compute every case again, stored or not."),
             click.option("--max-failures", type=click.IntRange(min=1), metavar="N", help="Stop after N failed cases."),
             click.option("--fail-fast", is_flag=True, help="Stop at the first failed case."),

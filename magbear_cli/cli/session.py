@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
+from magbear_cli.cli.event_stream import EventStream, open_events
 from magbear_cli.cli.options import usable_directory
 from magbear_cli.cli.output import put, put_json, tell
 from magbear_cli.errors import ExitCode, InputError
 
 if TYPE_CHECKING:
+    from magbear_cli.cli.progress import Progress
     from magbear_cli.spec import Study
     from magbear_cli.store.run_directory import RunDirectory
-    from magbear_cli.study.events import CaseEnded
+    from magbear_cli.study.events import CaseEnded, Event
     from magbear_cli.study.outcome import CaseOutcome, StudyResults
     from magbear_cli.study.plan import Case
     from magbear_cli.study.runner import RunnerOptions
 
+
+INTERRUPTED = "interrupted"  # the runner's word for a stop that was asked for
 
 Present = Callable[["StudyResults", Path, Path, "Request"], ExitCode]  # results, their path, the page's path
 
@@ -42,6 +46,10 @@ class Request:
     timeout: float | None = None
     only: tuple[str, ...] = ()
     shard: tuple[int, int] | None = None
+    executor: str = "local"
+    scheduler: str | None = None
+    accept_mixed: bool = False
+    events: str | None = None
     fresh: bool = False
     max_failures: int | None = None
     fail_fast: bool = False
@@ -55,17 +63,25 @@ def run_session(study: Study, request: Request, present: Present | None = None) 
     from magbear_cli.cli.planning import planned_cases
     from magbear_cli.store.run_directory import RunDirectory
 
+    refuse_contradictions(request)
+    if present is not None and request.events == "-":
+        raise InputError("--events - wants standard output, which has the answer here; give --events a file")
     cases = planned_cases(study)
     asked = _asked(cases, request.only, request.shard)
     options = _limits(study, request)
     output = usable_directory(default_output(study.name, request.shard) if request.output is None else request.output)
-    with RunDirectory(output, study.text) as directory:
+    with (
+        RunDirectory(output, study.text, accept_mixed=request.accept_mixed) as directory,
+        open_events(request.events) as events,
+    ):
         try:
-            return _work(study, (cases, asked), options, directory, (request, present or _present))
+            code = _work(study, (cases, asked), options, directory, (request, present or _present, events))
+            events.tell("run ended", exit_code=int(code))
         except BaseException as end:
             if not isinstance(end, Exception):
                 tell(f"what was finished is stored in {output}; run the same command again to go on")
             raise
+    return code
 
 
 def _work(
@@ -73,16 +89,18 @@ def _work(
     planned: tuple[tuple[Case, ...], tuple[Case, ...]],
     options: RunnerOptions,
     directory: RunDirectory,
-    wishes: tuple[Request, Present],
+    wishes: tuple[Request, Present, EventStream],
 ) -> ExitCode:
     """What happens in the locked directory, to the table on the terminal."""
-    (cases, asked), (request, present) = planned, wishes
+    (cases, asked), (request, present, events) = planned, wishes
     missing = asked if request.fresh else directory.missing(asked)
     for note in directory.notes:
         tell(f"note: {note}")
     directory.reserve(len(missing))
-    tell(announcement(len(asked), len(missing), options.jobs))
-    interrupted = compute(missing, options, directory, request)
+    at_a_time = options.jobs if request.executor == "local" else None
+    tell(announcement(len(asked), len(missing), at_a_time))
+    events.tell("run began", study=study.name, output=str(directory.path), cases=len(asked), missing=len(missing))
+    interrupted = compute(missing, options, directory, request, events)
     if interrupted is not ExitCode.DONE:
         results = directory.gather(cases, study.name, study.report)
         tell(f"interrupted: {len(results.outcomes)} of {len(cases)} cases are stored in {directory.path}")
@@ -137,45 +155,96 @@ def _asked(cases: tuple[Case, ...], only: Sequence[str], shard: tuple[int, int] 
     )
 
 
-def announcement(asked: int, missing: int, jobs: int) -> str:
-    """What is about to be computed, in a line."""
+def announcement(asked: int, missing: int, jobs: int | None) -> str:
+    """What is about to be computed, in a line; ``jobs`` None: on a cluster."""
     cases = f"{asked} case{'' if asked == 1 else 's'}"
     if not missing:
         return f"{asked} of {cases} reused, nothing to compute"
-    at_a_time = f"{min(missing, jobs)} at a time"
+    at_a_time = "on the cluster" if jobs is None else f"{min(missing, jobs)} at a time"
     if missing == asked:
         return f"{cases} to compute, {at_a_time}"
     return f"{asked - missing} of {cases} reused, {missing} to compute, {at_a_time}"
 
 
-def compute(missing: tuple[Case, ...], options: RunnerOptions, directory: Keeper, request: Request) -> ExitCode:
+def compute(
+    missing: tuple[Case, ...],
+    options: RunnerOptions,
+    directory: Keeper,
+    request: Request,
+    events: EventStream | None = None,
+) -> ExitCode:
     """Run the missing cases and keep each as it ends; the code tells of a signal that stopped the run."""
     from magbear_cli.cli.progress import open_progress
-    from magbear_cli.study.events import CaseEnded, CaseRetried, RunStopped
     from magbear_cli.study.interruption import Interruption
-    from magbear_cli.study.runner import run_cases
 
     directory.log("run began", missing=len(missing), jobs=options.jobs)
+    stream = EventStream(None, is_wanted=False) if events is None else events
     with Interruption() as stop, open_progress(len(missing), wanted=request.progress) as progress:
 
         def should_stop() -> bool:  # asked ten times a second
             progress.tick()
             return stop()
 
-        for event in run_cases(missing, options, should_stop):
-            if isinstance(event, CaseEnded):
-                directory.keep(event.outcome)
-                directory.log("case ended", **_facts(event))
-                progress.ended(event.outcome.status.value)
-                if request.debug and event.detail:
-                    progress.say(f"{event.outcome.case_id}: {event.outcome.sentence}\n{event.detail}")
-            elif isinstance(event, CaseRetried):
-                directory.log("case retried", case=event.case.id, sentence=event.sentence, detail=event.detail)
-                progress.say(f"{event.case.id}: {event.sentence}; trying once more")
-            elif isinstance(event, RunStopped) and stop.signal is None:
-                progress.say(f"{event.sentence}, {event.cases_left} not computed")
+        for event in _happenings(missing, options, request, should_stop):
+            _note(event, directory, progress, stream, request)
     directory.log("run ended", signal=None if stop.signal is None else stop.signal.name)
     return stop.exit_code
+
+
+def _happenings(
+    missing: tuple[Case, ...], options: RunnerOptions, request: Request, should_stop: Callable[[], bool]
+) -> Iterator[Event]:
+    """The events of the cases, computed here or on a cluster."""
+    if request.executor == "local" or not missing:
+        from magbear_cli.study.runner import run_cases
+
+        return run_cases(missing, options, should_stop)
+    from magbear_cli.store.toolchain import difference_of, toolchain_text
+    from magbear_cli.study.cluster import Cluster, run_on_cluster
+
+    cluster = Cluster(request.scheduler or "", toolchain_text, difference_of)
+    return run_on_cluster(missing, options, cluster, should_stop)
+
+
+def _note(event: Event, directory: Keeper, progress: Progress, stream: EventStream, request: Request) -> None:
+    """Keep what came of an event, and tell those who follow the run."""
+    from magbear_cli.study.events import CaseEnded, CaseRetried, CaseStarted, RunStopped
+
+    if isinstance(event, CaseStarted):
+        stream.tell("case started", case=event.case.id, index=event.case.index, attempt=event.attempt)
+    elif isinstance(event, CaseEnded):
+        directory.keep(event.outcome)
+        directory.log("case ended", **_facts(event))
+        stream.tell("case ended", index=event.outcome.index, **_facts(event))
+        progress.ended(event.outcome.status.value)
+        if request.debug and event.detail:
+            progress.say(f"{event.outcome.case_id}: {event.outcome.sentence}\n{event.detail}")
+    elif isinstance(event, CaseRetried):
+        directory.log("case retried", case=event.case.id, sentence=event.sentence, detail=event.detail)
+        stream.tell("case retried", case=event.case.id, index=event.case.index, sentence=event.sentence)
+        progress.say(f"{event.case.id}: {event.sentence}; trying once more")
+    elif isinstance(event, RunStopped):
+        stream.tell("run stopped", sentence=event.sentence, cases_left=event.cases_left)
+        if event.sentence != INTERRUPTED:
+            progress.say(f"{event.sentence}, {event.cases_left} not computed")
+
+
+def refuse_contradictions(request: Request) -> None:
+    """Refuse options that do not go together.
+
+    Raises
+    ------
+    InputError
+        with the two of them and what to do.
+    """
+    if request.executor == "dask" and not request.scheduler:
+        raise InputError("--executor dask needs --scheduler HOST:PORT, the address that dask scheduler prints")
+    if request.executor == "dask" and request.jobs is not None:
+        raise InputError("--jobs is for workers on this machine; with --executor dask the cluster has its own")
+    if request.executor == "local" and request.scheduler:
+        raise InputError("--scheduler is for --executor dask; give both, or neither")
+    if request.events == "-" and request.as_json:
+        raise InputError("--events - and --json both want standard output; give --events a file")
 
 
 def _facts(event: CaseEnded) -> dict[str, object]:
@@ -195,7 +264,9 @@ def _report(results: StudyResults, folder: Path, request: Request) -> Path:
 
 
 def _present(results: StudyResults, results_path: Path, report: Path, request: Request) -> ExitCode:
-    """Every case, in a table or as a document."""
+    """Every case, in a table or as a document; nothing where standard output has the events."""
+    if request.events == "-":
+        return ExitCode.DONE
     if request.as_json:
         from magbear_cli.study.summary import study_document
 

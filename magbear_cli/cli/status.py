@@ -13,7 +13,7 @@ from magbear_cli.errors import InputError
 if TYPE_CHECKING:
     from magbear_cli.study.plan import Case
 
-MOST_FAILURES = 12
+LINES, COLUMNS = 24, 80  # of the smallest terminal
 
 
 @click.command()
@@ -33,17 +33,48 @@ def status(directory: Path, *, as_json: bool) -> None:
     if as_json:
         put_json(document)
         return
-    put(f"{document['study']}: {document['stored']} of {document['cases']} cases stored in {directory}")
+    put("\n".join(_told(document)))
+
+
+def _told(document: dict[str, Any]) -> list[str]:
+    """What there is to tell, in no more lines and columns than the smallest terminal has."""
     counts: dict[str, int] = document["counts"]
-    put(", ".join(f"{count} {name}" for name, count in counts.items()) or "nothing is stored yet")
-    put("a run holds the directory" if document["running"] else "no run holds the directory")
-    failures: list[dict[str, Any]] = document["failures"]
-    for failure in failures[:MOST_FAILURES]:
-        put(f"{failure['id']} {failure['status']}: {failure['sentence']}")
-    if len(failures) > MOST_FAILURES:
-        put(f"and {len(failures) - MOST_FAILURES} more; --json names them all")
-    if document["stored"] < document["cases"] and not document["running"]:
-        put("run the same command again to compute the rest")
+    first = [
+        f"{document['study']}: {document['stored']} of {document['cases']} cases stored in {document['directory']}",
+        ", ".join(f"{count} {name}" for name, count in counts.items()) or "nothing is stored yet",
+        "a run holds the directory" if document["running"] else "no run holds the directory",
+    ]
+    if document["damaged"]:
+        first.append(f"{document['damaged']} stored and damaged, will be computed again")
+    last = []
+    if document["answered"] < document["cases"] and not document["running"]:
+        last = ["run the same command again to compute the rest"]
+    first = [line for text in first for line in _folded(text)]
+    causes = _causes(document["failures"])
+    told: list[str] = []
+    for number, cause in enumerate(causes):
+        lines, left = _folded(cause), len(causes) - number
+        if len(first) + len(told) + len(lines) + len(last) + (left > 1) > LINES:
+            told.append(f"and {left} other reason{'' if left == 1 else 's'}; --json names every case")
+            break
+        told += lines
+    return [*first, *told, *last]
+
+
+def _causes(failures: list[dict[str, str]]) -> list[str]:
+    """Why cases have no answer, the most frequent reason first, each with a case to look at."""
+    groups: dict[tuple[str, str], list[str]] = {}
+    for failure in failures:
+        cause = failure["sentence"].replace(failure["id"], "ID").removesuffix("; --case ID repeats it alone")
+        groups.setdefault((failure["status"], cause), []).append(failure["id"])
+    ordered = sorted(groups.items(), key=lambda group: (-len(group[1]), group[0]))
+    return [f"{len(ids)} {status}: {cause} (--case {ids[0][:7]})" for (status, cause), ids in ordered]
+
+
+def _folded(text: str) -> list[str]:
+    import textwrap
+
+    return textwrap.wrap(text, COLUMNS, subsequent_indent="    ", max_lines=4, placeholder=" …")
 
 
 def _document(directory: Path) -> dict[str, Any]:
@@ -64,6 +95,7 @@ def _document(directory: Path) -> dict[str, Any]:
         "directory": str(directory),
         "cases": len(cases),
         "stored": sum(counts.values()),
+        "answered": sum(counts.values()) - len(failures),
         "counts": counts,
         "damaged": damaged,
         "running": is_locked(directory / LOCK_NAME),

@@ -33,7 +33,15 @@ from magbear_cli.store.durable import AGAIN, MEGABYTE, make_directory, told_as_s
 from magbear_cli.store.forms import grow_provenance, harvest_provenance
 from magbear_cli.store.lock import DirectoryLock
 from magbear_cli.store.results import write_outcomes
-from magbear_cli.store.shards import DamagedShardError, ShardHead, read_head, read_shard, take_inventory, write_shard
+from magbear_cli.store.shards import (
+    DamagedShardError,
+    ShardHead,
+    copy_shard,
+    read_head,
+    read_shard,
+    take_inventory,
+    write_shard,
+)
 from magbear_cli.store.toolchain import Toolchain, provenance, this_toolchain
 from magbear_cli.study.outcome import CaseOutcome, StudyResults
 from magbear_cli.study.plan import Case
@@ -131,6 +139,20 @@ class RunDirectory:
             when the system refuses; what was kept before is not touched.
         """
         self._inventory[outcome.case_id] = (write_shard(self._cases, outcome, self.toolchain),)
+
+    def adopt(self, other: RunDirectory, cases: Iterable[Case]) -> None:
+        """Take over what another directory has stored of these cases, as it is, with the toolchain it names.
+
+        Raises
+        ------
+        ResumableError
+            when the system refuses; what was taken before stays.
+        """
+        for case in cases:
+            chosen = other._chosen(case, Counter())
+            if chosen:
+                path = copy_shard(chosen[0], self._cases)
+                self._inventory[case.id] = (*self._inventory.get(case.id, ()), path)
 
     def outcomes(self, cases: Iterable[Case]) -> Iterator[CaseOutcome]:
         """What is stored of these cases, answers and failures, in their order, each read when it is asked for.

@@ -69,6 +69,23 @@ def write_shard(folder: Path, outcome: CaseOutcome, toolchain: Toolchain) -> Pat
     return path
 
 
+def copy_shard(path: Path, folder: Path) -> Path:
+    """Store a shard of another directory under the same name, and give its path.
+
+    Raises
+    ------
+    ResumableError
+        when the system refuses.
+    DamagedShardError
+        when the content does not match the name.
+    """
+    image = _proven_image(path)
+    home = folder / path.name[:2]
+    make_directory(home)
+    write_durably(home / path.name, image)
+    return home / path.name
+
+
 def shard_image(outcome: CaseOutcome, toolchain: Toolchain) -> bytes:
     """The bytes of a case's shard; the same for equal outcomes, wherever they stand in a study."""
     own: dict[str, str | int] = {

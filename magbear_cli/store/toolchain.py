@@ -74,6 +74,16 @@ def this_toolchain() -> Toolchain:
     )
 
 
+def toolchain_text() -> str:
+    """What computes in this process, as text that can be compared with another machine's."""
+    return this_toolchain().text
+
+
+def difference_of(before: str, now: str) -> str:
+    """What differs between the texts of two toolchains, in words."""
+    return Toolchain.of_text(now).differences(Toolchain.of_text(before))
+
+
 def provenance(toolchain: Toolchain) -> dict[str, str]:
     """Where results come from, for a results file: the toolchain and what stands beside it; no times, no hosts."""
     return {

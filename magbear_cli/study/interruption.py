@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM during a run: the first asks it to stop and keep what it has, the second kills."""
+"""Ctrl-C, SIGTERM and a lost terminal during a run: the first asks it to stop and keep, the second kills."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Self
 
 from magbear_cli.errors import ExitCode
 
-CAUGHT = (signal.SIGINT, signal.SIGTERM)
+CAUGHT = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 class Interruption:
@@ -29,12 +29,14 @@ class Interruption:
     @property
     def exit_code(self) -> ExitCode:
         """The exit code that tells of the signal; DONE without one."""
-        codes = {None: ExitCode.DONE, signal.SIGINT: ExitCode.INTERRUPTED, signal.SIGTERM: ExitCode.TERMINATED}
-        return codes[self.signal]
+        if self.signal is None:
+            return ExitCode.DONE
+        return ExitCode.INTERRUPTED if self.signal is signal.SIGINT else ExitCode.TERMINATED
 
     def __enter__(self) -> Self:
-        """Take the signals over."""
-        self._before = {number: signal.signal(number, self._note) for number in CAUGHT}
+        """Take the signals over; a lost terminal that is ignored, as under nohup, stays ignored."""
+        heard = [n for n in CAUGHT if n is not signal.SIGHUP or signal.getsignal(n) is not signal.SIG_IGN]
+        self._before = {number: signal.signal(number, self._note) for number in heard}
         return self
 
     def __exit__(

@@ -112,23 +112,21 @@ def run_cases(
     ResumableError
         when workers cannot be started at all.
     """
-    shift = _Shift(cases, options, should_stop)
+    shift = Shift(cases, options, should_stop)
     try:
         yield from shift.events()
     finally:
         shift.close()
 
 
-class _Shift:
-    """The loop over the workers of one run."""
+class Shift:
+    """The loop over the workers of one run; they stay until ``close``, so that more cases can be taken on."""
 
     def __init__(self, cases: Sequence[Case], options: RunnerOptions, should_stop: Callable[[], bool]) -> None:
-        places: defaultdict[str, list[Case]] = defaultdict(list)
-        for case in cases:
-            places[case.id].append(case)
+        """Take these cases on; nothing is started yet."""
         self.options = options
         self.should_stop = should_stop
-        self.waiting = deque(_Task(same) for same in places.values())
+        self.waiting: deque[_Task] = deque()
         self.retries: deque[_Task] = deque()
         self.desks: list[_Desk] = []
         self.selector = selectors.DefaultSelector()
@@ -136,6 +134,14 @@ class _Shift:
         self.failures = 0
         self.seen_s = time.monotonic()
         self.settings = WorkerSettings(options.target, options.warm_modules, options.memory_bytes)
+        self.take_on(cases)
+
+    def take_on(self, cases: Sequence[Case]) -> None:
+        """Add cases to compute; equal ones are computed once."""
+        places: defaultdict[str, list[Case]] = defaultdict(list)
+        for case in cases:
+            places[case.id].append(case)
+        self.waiting.extend(_Task(same) for same in places.values())
 
     def events(self) -> Iterator[Event]:
         """Everything that happens until no case is left, or the run is stopped.
@@ -269,7 +275,7 @@ class _Shift:
         if answer.out_of_memory:
             yield from self._try_again(task, f"the case {answer.sentence}", detail, elapsed_s)
         elif answer.outcome is None:
-            yield from self._end(task, _failure(task.case, Status.FAILED, answer.sentence), detail, elapsed_s)
+            yield from self._end(task, failed_outcome(task.case, Status.FAILED, answer.sentence), detail, elapsed_s)
         else:
             yield from self._end(task, _believed(task.case, answer.outcome), detail, elapsed_s)
 
@@ -288,7 +294,7 @@ class _Shift:
             yield CaseRetried(task.case, cause, detail)
         else:
             sentence = f"{cause}; this was the second attempt"
-            yield from self._end(task, _failure(task.case, Status.CRASHED, sentence), detail, elapsed_s)
+            yield from self._end(task, failed_outcome(task.case, Status.CRASHED, sentence), detail, elapsed_s)
 
     def _end(self, task: _Task, outcome: CaseOutcome, detail: str, elapsed_s: float) -> Iterator[Event]:
         for case in task.cases:
@@ -303,7 +309,7 @@ class _Shift:
             self._count_failed_start(f"not ready after {self.options.start_limit_s:g} s", desk.worker.printed_tail)
         elif task and limit_s is not None and elapsed_s > limit_s:
             self._dismiss(desk)
-            outcome = _failure(task.case, Status.TIMEOUT, f"stopped at its time limit of {limit_s:g} s")
+            outcome = failed_outcome(task.case, Status.TIMEOUT, f"stopped at its time limit of {limit_s:g} s")
             yield from self._end(task, outcome, desk.worker.printed_tail, elapsed_s)
         elif task and memory_bytes is not None and desk.worker.resident_bytes() > memory_bytes:
             cause = f"the case grew past its memory limit of {memory_bytes / (1 << 30):.3g} GiB"
@@ -319,7 +325,7 @@ class _Shift:
             )
 
 
-def _failure(case: Case, status: Status, cause: str) -> CaseOutcome:
+def failed_outcome(case: Case, status: Status, cause: str) -> CaseOutcome:
     """The outcome of a case that gave no answer, with what to do to see it alone."""
     from magbear_cli.study.outcome import CaseOutcome  # noqa: PLC0415 - loads numpy, which a quick command does not need
 
@@ -331,5 +337,5 @@ def _believed(case: Case, outcome: object) -> CaseOutcome:
     from magbear_cli.study.outcome import CaseOutcome  # noqa: PLC0415 - the same
 
     if not isinstance(outcome, CaseOutcome):
-        return _failure(case, Status.FAILED, f"the computation gave a {type(outcome).__name__} and no outcome")
+        return failed_outcome(case, Status.FAILED, f"the computation gave a {type(outcome).__name__} and no outcome")
     return replace(outcome, case_id=case.id, index=case.index, inputs=case.inputs)

@@ -128,6 +128,10 @@ def test_odd_directories_are_directories(
         (["--set", "controller.r=-1"], "E105"),
         (["--set", "controller={method: stored, path: gone.json}"], "gone.json"),
         (["--max-failures", "0"], "--max-failures"),
+        (["--executor", "dask"], "needs --scheduler HOST:PORT"),
+        (["--scheduler", "127.0.0.1:8786"], "give both, or neither"),
+        (["--executor", "dask", "--scheduler", "127.0.0.1:8786", "-j", "2"], "--jobs is for workers on this machine"),
+        (["--events", "-", "--json"], "both want standard output"),
     ],
 )
 def test_wrong_options_are_told_and_nothing_is_written(
@@ -184,11 +188,11 @@ def test_a_case_that_takes_too_long_does_not_stop_the_others(
     assert "report:" in stopped.out
 
 
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 143)])
 def test_an_interrupted_run_keeps_what_was_finished(
     slow_second: Path, tmp_path: Path, number: signal.Signals, code: int
 ) -> None:
-    """Ctrl-C and SIGTERM end the run soon, leave no process, and the next run goes on from there."""
+    """Ctrl-C, SIGTERM and a lost terminal end the run soon, leave no process, and the next run goes on from there."""
     line = [sys.executable, "-m", "magbear_cli", "run", str(slow_second), "-o", "out", "-j", "1"]
     running = subprocess.Popen(line, cwd=tmp_path, stderr=subprocess.PIPE, stdout=subprocess.PIPE, encoding="utf-8")
     log = tmp_path / "out" / "log.jsonl"

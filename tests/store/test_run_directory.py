@@ -133,6 +133,35 @@ def test_another_toolchain_is_named_and_not_mixed(
     assert len(shards_in(filled)) == 4
 
 
+def test_another_toolchain_is_taken_when_asked_and_named_in_the_results(
+    filled: Path, tmp_path: Path, cases: tuple[Case, ...], outcomes: tuple[CaseOutcome, ...]
+) -> None:
+    """With mixing accepted nothing is missing, what is computed here goes first, and the results say what is whose."""
+    newer = Toolchain({"magbear": "1.0", "numpy": "2.1"})
+    with RunDirectory(filled, "", newer) as directory:
+        assert "--accept-mixed" in (directory.missing(cases), directory.notes)[1][0]
+        directory.keep(outcomes[1])
+    merged = tmp_path / "merged"
+    with (
+        RunDirectory(filled, "", newer, accept_mixed=True) as part,
+        RunDirectory(merged, "", newer, accept_mixed=True) as directory,
+    ):
+        assert [case.index for case in part.missing(cases)] == []
+    with (
+        RunDirectory(tmp_path / "old", "", Toolchain({"magbear": "1.0", "numpy": "2.0"})) as old,
+        RunDirectory(merged, "", newer, accept_mixed=True) as directory,
+    ):
+        old.keep(outcomes[0])
+        directory.keep(outcomes[1])
+        directory.adopt(old, cases)
+        assert directory.missing(cases[:2]) == ()
+        results = directory.gather(cases[:2], "n", {})
+        assert results.provenance["computed_by_other_toolchains"] == "1 case: numpy 2.0 -> 2.1"
+    with RunDirectory(merged, "", newer) as strict:
+        assert strict.missing(cases[:2]) == (cases[0],)
+        assert "computed_by_other_toolchains" not in strict.gather(cases[:2], "n", {}).provenance
+
+
 def test_this_toolchain_is_the_same_in_another_process() -> None:
     """The fingerprint does not depend on what happens to be imported."""
     script = "import scipy.linalg; from magbear_cli.store.toolchain import *; print(this_toolchain().fingerprint)"
