@@ -11,12 +11,13 @@ member to be.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
 from numpy.typing import NDArray
 
+from magbear_cli.analysis.axis_cover import cover_axis
 from magbear_cli.analysis.exact_polynomial import Polynomial, exact_transfer_function, is_hurwitz
 from magbear_cli.analysis.interval import Enclosure, Interval, polynomial
 from magbear_cli.analysis.weight_enclosure import squared_polynomial
@@ -24,11 +25,6 @@ from magbear_cli.lti.state_space import StateSpace
 from magbear_cli.model.problem import ControlProblem, UncertainParameter
 
 Floats = NDArray[np.float64]
-
-_END = 2.0**-30  # upper end of the box at zero, in units of the frequency where the two halves of the axis meet
-_FIRST_RATIO = 1.05  # upper over lower end of the first boxes
-_NARROWEST = 1e-9  # relative width of a box that is no longer split
-_MOST_BOXES = 200_000
 
 
 @dataclass(frozen=True)
@@ -88,37 +84,20 @@ class _Prover:
     @classmethod
     def of(cls, problem: ControlProblem, quotient: tuple[Polynomial, Polynomial], level: float) -> _Prover:
         unit = 2.0 ** round(float(np.log2(problem.natural_rad_s)))
-        num, den = ([_enclosed(c / Fraction(unit) ** k) for k, c in enumerate(part)] for part in quotient)
+        num, den = ([enclosed_fraction(c / Fraction(unit) ** k) for k, c in enumerate(part)] for part in quotient)
         return cls(problem, unit, num, den, level)
 
     def run(self) -> LevelProof:
         """Both halves of the axis, slow frequencies in x = ω/Ω and fast ones in x = Ω/ω."""
-        boxes, narrowest = 0, np.inf
-        for fast in (False, True):
-            edges = np.geomspace(_END, 1.0, int(np.ceil(-np.log(_END) / np.log(_FIRST_RATIO))) + 1)
-            edges[0], edges[-1] = _END, 1.0
-            lower, upper = np.concatenate([[0.0], edges[:-1]]), edges
-            while lower.size:
-                boxes += lower.size
-                narrowest = min(narrowest, float(((upper - lower) / upper).min()))
-                values = self._conditions(Enclosure.of_variable(lower, upper), fast=fast)
-                refuted = np.any([value.centre.high < 0 for value in values], axis=0)
-                open_ = ~np.all([value.whole.low > 0 for value in values], axis=0)
-                stuck = narrowest < _NARROWEST or boxes + 2 * int(open_.sum()) > _MOST_BOXES
-                if refuted.any() or (open_.any() and stuck):
-                    first = int((refuted if refuted.any() else open_).argmax())
-                    place = self._place(0.5 * (lower[first] + upper[first]) if lower[first] else 0.0, fast=fast)
-                    verb = "is exceeded" if refuted.any() else "could not be shown"
-                    sentence = f"the level {self.level:.6g} {verb} {place}"
-                    return self._answer(sentence, boxes, narrowest)
-                lower, upper = lower[open_], upper[open_]
-                middle = 0.5 * (lower + upper)
-                lower, upper = np.concatenate([lower, middle]), np.concatenate([middle, upper])
-        sentence = f"proven for every mass and all frequencies: stable, and the worst case is below {self.level:.6g}"
-        return replace(self._answer(sentence, boxes, narrowest), proved=True)
-
-    def _answer(self, sentence: str, boxes: int, narrowest: float) -> LevelProof:
-        return LevelProof(proved=False, sentence=sentence, level=self.level, boxes=boxes, narrowest_box=narrowest)
+        cover = cover_axis(lambda x, fast: self._conditions(x, fast=fast))
+        if cover.is_positive:
+            sentence = (
+                f"proven for every mass and all frequencies: stable, and the worst case is below {self.level:.6g}"
+            )
+        else:
+            verb = "is exceeded" if cover.is_refuted else "could not be shown"
+            sentence = f"the level {self.level:.6g} {verb} {self._place(cover.x, fast=cover.fast)}"
+        return LevelProof(cover.is_positive, sentence, self.level, cover.boxes, cover.narrowest_box)
 
     def _place(self, x: float, *, fast: bool) -> str:
         if x == 0.0:
@@ -128,7 +107,7 @@ class _Prover:
     def _conditions(self, x: Enclosure, *, fast: bool) -> list[Enclosure]:
         """b0, b2 and b1 + √(b0 b2), all divided by powers of ω on the fast half so that they stay finite."""
         num, den = (part[::-1] if fast else part for part in (self.num, self.den))
-        n, a = _on_axis(num, x), _on_axis(den, x)
+        n, a = polynomial_on_axis(num, x), polynomial_on_axis(den, x)
         n_size, a_size = squared_polynomial(num, x).root(), squared_polynomial(den, x).root()
         w1_a = self._performance(x, fast=fast) * a_size
         square, one = x.square(), x.of_constant(1.0)
@@ -180,7 +159,7 @@ class _Prover:
         return modulus
 
 
-def _on_axis(coefficients: list[Interval], x: Enclosure) -> tuple[Enclosure, Enclosure]:
+def polynomial_on_axis(coefficients: list[Interval], x: Enclosure) -> tuple[Enclosure, Enclosure]:
     """Real and imaginary part of a polynomial, by descending powers, at jx."""
     ascending, square = coefficients[::-1], x.square()
     parts = []
@@ -190,7 +169,7 @@ def _on_axis(coefficients: list[Interval], x: Enclosure) -> tuple[Enclosure, Enc
     return parts[0], x * parts[1]
 
 
-def _enclosed(value: Fraction) -> Interval:
+def enclosed_fraction(value: Fraction) -> Interval:
     """The doubles on both sides of a rational number."""
     nearest = float(value)
     return Interval.of(np.nextafter(nearest, -np.inf), np.nextafter(nearest, np.inf))

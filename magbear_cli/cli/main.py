@@ -20,7 +20,7 @@ from magbear_cli.errors import ExitCode, MagbearError
 
 COMMANDS = (
     "run", "sweep", "limits", "reproduce", "merge", "status", "slurm", "check", "plan", "new", "schema", "show",
-    "report", "compare", "verify", "doctor",
+    "report", "export", "compare", "verify", "doctor",
 )  # fmt: skip
 
 
