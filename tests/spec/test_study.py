@@ -25,7 +25,7 @@ controller: {method: mu_convex}
 """
 CONTROLLERS: dict[str, dict[str, Any]] = {
     "mu_convex": {"uncertainty": "real", "max_order": 12, "minimise": "worst_case", "step_prefilter": None},
-    "limit": {"tolerance": 0.01, "max_order": 14},
+    "limit": {"tolerance": 0.01, "max_order": None},
     "fixed_order": {"order": 1, "max_order": 6, "uncertainty": "real", "minimise": "worst_case"},
     "hinf": {"gamma_tolerance": 1e-3, "form": "mended"},
     "lqg": {"q": [1.0, 1e-5], "r": 3e-9, "xi": 1.0, "theta": 1e-15},
