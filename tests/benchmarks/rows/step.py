@@ -1,0 +1,141 @@
+"""The nonlinear response of the bearing to a step of 10 µm with a controller of 33 states, 20 ms, to 1e-6 of the step.
+
+Ours runs at the tolerance that every study has. A peer is given the closed loop as a function that is quick to take, and
+the loosest of its tolerances whose answer is right to 1e-6 of the step at 401 times, found before and untimed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+
+from magbear_cli.errors import NumericsError
+from magbear_cli.model.bearing import force_in_floats
+from magbear_cli.model.filters import Prefilter
+from magbear_cli.simulation.integration import integrate
+from magbear_cli.simulation.loop import DEMAND, MAGNETS, SENSOR, Loop, close_loop
+from magbear_cli.simulation.scenario import StepScenario
+from tests.benchmarks.measuring import Goal, Prepared, Row, Side
+from tests.benchmarks.problem import bearing, controller_of_33_states
+
+Floats = NDArray[np.float64]
+
+OURS, BATCH, BEST, RADAU, CONTROL = (
+    "magbear",
+    "magbear, 64 masses at once",
+    "solve_ivp LSODA",
+    "solve_ivp Radau",
+    "python-control",
+)
+STEP_M, DURATION_S, ENOUGH = 10e-6, 0.02, 1e-6
+SCENARIO = StepScenario(STEP_M, 3.6, prefilter=Prefilter(20000.0, 1.0), duration_s=DURATION_S)
+MASSES_KG = np.linspace(3.0, 4.5, 64)
+TOLERANCES = (1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10)
+SMALLEST = 1e-5  # absolute tolerance over the relative one: states are some 1e-5 m
+
+
+def closed(mass_kg: float = SCENARIO.mass_kg) -> Loop:
+    """The loop of the bearing, the controller and a rotor."""
+    return close_loop(bearing(), controller_of_33_states(), replace(SCENARIO, mass_kg=mass_kg))
+
+
+def slope_of(loop: Loop) -> Callable[[float, Floats], Floats]:
+    """dx/dt of a loop, quick to take."""
+    force, b, order = force_in_floats(loop.magnets.bearing), loop.b, loop.b.size
+    stacked = np.vstack([loop.a, loop.c[[MAGNETS, DEMAND]]])
+
+    def slope(_: float, state: Floats) -> Floats:
+        flow = stacked @ state
+        return flow[:order] + b * force(flow[order], flow[order + 1])
+
+    return slope
+
+
+def solved(loop: Loop, method: str, tolerance: float, times: Floats) -> Floats:
+    """The position at the sensor by solve_ivp."""
+    answer = solve_ivp(
+        slope_of(loop),
+        (0.0, DURATION_S),
+        loop.start,
+        method=method,
+        rtol=tolerance,
+        atol=tolerance * SMALLEST,
+        t_eval=times,
+    )
+    return np.asarray(loop.c[SENSOR] @ answer.y, dtype=float)
+
+
+def by_control(loop: Loop, tolerance: float, times: Floats) -> Floats:
+    """The position at the sensor by python-control's nonlinear simulation, with LSODA as its method."""
+    import control
+
+    slope = slope_of(loop)
+    system = control.NonlinearIOSystem(
+        lambda t, x, _u, _params: slope(t, x),
+        lambda _t, x, _u, _params: loop.c[SENSOR] @ x,
+        states=loop.b.size,
+        inputs=1,
+        outputs=1,
+    )
+    options = {"rtol": tolerance, "atol": tolerance * SMALLEST}
+    answer = control.input_output_response(
+        system, times, np.zeros_like(times), loop.start, solve_ivp_method="LSODA", solve_ivp_kwargs=options
+    )
+    return np.asarray(answer.outputs, dtype=float)
+
+
+def loosest(solve: Callable[[float], Floats], exact: Floats) -> float:
+    """The loosest tolerance whose answer is right to 1e-6 of the step."""
+    for tolerance in TOLERANCES:
+        answer = solve(tolerance)
+        if answer.shape == exact.shape and np.abs(answer - exact).max() <= ENOUGH * STEP_M:
+            return tolerance
+    raise NumericsError("the peer does not reach the accuracy")
+
+
+def _prepare(tiny: bool) -> Prepared:  # noqa: FBT001 - the row's switch
+    loop = closed()
+    times = np.linspace(0.0, DURATION_S, 401)
+    reference = solved(loop, "DOP853", 1e-12, times)
+    loops = [closed(mass) for mass in MASSES_KG]
+    peers: dict[str, Callable[[float], Floats]] = {BEST: lambda tolerance: solved(loop, "LSODA", tolerance, times)}
+    if not tiny:
+        peers[RADAU] = lambda tolerance: solved(loop, "Radau", tolerance, times)
+        peers[CONTROL] = lambda tolerance: by_control(loop, tolerance, times)
+    chosen = {name: loosest(solve, reference) for name, solve in peers.items()}
+    sides = [
+        Side(OURS, lambda: integrate(loop, DURATION_S).position_m(times)),
+        Side(BATCH, lambda: [integrate(one, DURATION_S).position_m(times) for one in loops], amount=len(loops)),
+        *(Side(name, lambda solve=solve, name=name: solve(chosen[name])) for name, solve in peers.items()),  # type: ignore[misc]
+    ]
+
+    def errors(answers: Mapping[str, Any]) -> Mapping[str, Mapping[str, float]]:
+        ends = [solved(loops[at], "DOP853", 1e-12, times) for at in (0, -1)]
+        batch = max(np.abs(answers[BATCH][at] - end).max() for at, end in zip((0, -1), ends, strict=True))
+        found = {BATCH: {"largest error over the step": float(batch / STEP_M)}}
+        for name in (OURS, *peers):
+            found[name] = {"largest error over the step": float(np.abs(answers[name] - reference).max() / STEP_M)}
+        return {name: {**found[name], **({"rtol": chosen[name]} if name in chosen else {})} for name in found}
+
+    def floor(seconds: Mapping[str, float]) -> str:
+        steps = integrate(loop, DURATION_S).steps
+        return (
+            f"{steps} steps of two Newton iterations are {1e3 * steps * 2 * 5e3 / 2e9:.1g} ms of flops; the way through "
+            f"numpy's calls, some 40 a step, is {1e3 * steps * 40 * 1e-6:.2g} ms; we take {1e3 * seconds[OURS]:.3g} ms"
+        )
+
+    return Prepared(sides, errors, floor)
+
+
+ROW = Row(
+    "step",
+    "nonlinear 10 µm step, 33-state controller, 20 ms",
+    [Goal(OURS, BEST, 5.0), Goal(BATCH, BEST, 50.0), Goal(OURS, RADAU, 5.0), Goal(OURS, CONTROL, 20.0)],
+    _prepare,
+    needs=("control",),
+)
