@@ -28,13 +28,13 @@ from magbear_cli.simulation.adaptive_loop import (
     AdaptiveLoop,
     close_adaptive_loop,
 )
-from magbear_cli.simulation.collocation import STAGES, knots
+from magbear_cli.simulation.collocation import knots
 from magbear_cli.simulation.integration import LARGEST_CURRENT_A
 from magbear_cli.simulation.linear import LONGEST_S, NOTHING
 from magbear_cli.simulation.metrics import StepMetrics, peak_magnitude, step_metrics
 from magbear_cli.simulation.scenario import StepScenario
 from magbear_cli.simulation.step import StepResponse
-from magbear_cli.simulation.trajectory import End
+from magbear_cli.simulation.trajectory import End, piecewise
 
 Floats = NDArray[np.float64]
 
@@ -221,10 +221,7 @@ def _cannot_step(run: _Run) -> None:
 
 def _polynomials(run: _Run, values: Floats) -> PPoly:
     """The polynomials through values at the knots of every step, (steps, knots)."""
-    widths = np.array(run.widths)
-    powers = np.arange(STAGES, -1, -1)
-    by_fraction = np.linalg.solve(knots()[:, None] ** powers, values.T)
-    return PPoly(by_fraction / widths ** powers[:, None], np.append(run.starts, run.time_s))
+    return piecewise(np.array(run.starts), np.array(run.widths), values)
 
 
 def _response(run: _Run) -> StepResponse:

@@ -1,4 +1,4 @@
-"""One step of the loop: the linear part by its matrix exponential, the force by collocation at Radau's points.
+"""One step of many loops: the linear part by its matrix exponential, the force by collocation at Radau's points.
 
 Over a step of width h the force is the polynomial through its values at the points c_1 h … c_s h, c_s = 1. The response
 of the linear part to a polynomial is exact, so only the s numbers f_i = force(outputs at c_i h) are unknown: Newton's
@@ -8,22 +8,25 @@ IIA methods (Hairer and Wanner, Solving Ordinary Differential Equations II, sect
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
-from math import factorial
 
 import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
-from scipy.linalg import expm
 
-from magbear_cli.simulation.loop import DEMAND, MAGNETS, Loop
+from magbear_cli.simulation.loop import DEMAND, MAGNETS, Fleet
+from magbear_cli.simulation.propagation import Propagator
 
 Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
+Booleans = NDArray[np.bool_]
 
-STAGES = 6
+STAGES = 7
 NEWTON_STEPS = 10
 ROUNDING = 3e-14  # of the pulls: some ten operations, and the extrapolation of their errors by the polynomial
+_IDENTITY = np.eye(STAGES)
 FINE = np.linspace(0.0, 1.0, 17)  # where the force of the interpolated outputs is compared with the polynomial
 
 
@@ -45,8 +48,8 @@ def knots() -> Floats:
 @cache
 def probes() -> Floats:
     """Two points of a step, half-way between Radau points, where the force is checked against the polynomial."""
-    points = radau_points()
-    return np.array([(points[1] + points[2]) / 2.0, (points[3] + points[4]) / 2.0])
+    points, middle = radau_points(), STAGES // 2
+    return np.array([(points[middle - 2] + points[middle - 1]) / 2.0, (points[middle] + points[middle + 1]) / 2.0])
 
 
 def interpolation(nodes: Floats, points: Floats) -> Floats:
@@ -63,13 +66,8 @@ def carried_on(ratio: float) -> Floats:
 
 
 @cache
-def _force_at_probes() -> Floats:
-    return interpolation(radau_points(), probes())
-
-
-@cache
-def _force_at_fine() -> Floats:
-    return interpolation(radau_points(), FINE)
+def _force_at_checks() -> Floats:
+    return interpolation(radau_points(), np.append(probes(), FINE))
 
 
 @cache
@@ -78,104 +76,144 @@ def _outputs_at_fine() -> Floats:
 
 
 @dataclass(frozen=True, eq=False)
-class Propagator:
-    """The linear part over a step of one width: from the state and the forces at the Radau points.
+class Steps:
+    """Steps that were tried, one a loop, k of them.
 
-    Outputs at the points followed by the probes: free @ x + forced @ f, of shapes (s + 2, 4, n) and (s + 2, 4, s).
-    State at the end: end_free @ x + end_forced @ f.
-    """
-
-    width_s: float
-    free: Floats
-    forced: Floats
-    end_free: Floats
-    end_forced: Floats
-
-
-def build_propagator(loop: Loop, width_s: float) -> Propagator:
-    """The exact response of the linear part over one width, by one matrix exponential a point."""
-    order = loop.b.size
-    size = order + STAGES
-    # z' = h A z + h B q_0, q_k' = q_(k+1): q_k are the derivatives of the polynomial at the start, in units of h
-    generator = np.zeros((size, size))
-    generator[:order, :order] = width_s * loop.a
-    generator[:order, order] = width_s * loop.b
-    generator[order:, order:] = np.eye(STAGES, k=1)
-    points = np.concatenate([radau_points(), probes()])
-    flows = expm(points[:, None, None] * generator)[:, :order]
-    derivatives = radau_points()[:, None] ** np.arange(STAGES) / [factorial(k) for k in range(STAGES)]
-    free = flows[:, :, :order]
-    forced = flows[:, :, order:] @ np.linalg.inv(derivatives)
-    return Propagator(width_s, loop.c @ free, loop.c @ forced, free[STAGES - 1], forced[STAGES - 1])
-
-
-@dataclass(frozen=True, eq=False)
-class Step:
-    """A step that was solved: its end state, the forces at the Radau points, the outputs at the knots, its defect.
-
-    ``defect_n`` is the largest difference found between the force of the outputs and the polynomial; ``noise_n`` the
+    ``solved`` (k,) is False where Newton's method failed or left the gap, and the rest of that row means nothing. Else
+    the end state (k, n), the forces at the Radau points (k, s) and the outputs at the knots (k, s + 1, 4); ``defect_n``
+    (k,) is the largest difference found between the force of the outputs and the polynomial, and ``noise_n`` (k,) the
     rounding error of the force.
     """
 
+    solved: Booleans
     end: Floats
     forces: Floats
     outputs: Floats
-    defect_n: float
-    noise_n: float
+    defect_n: Floats
+    noise_n: Floats
+
+    def at(self, places: Indices) -> Steps:
+        """Some of them."""
+        if places.size == self.solved.size:
+            return self
+        return Steps(
+            self.solved[places],
+            self.end[places],
+            self.forces[places],
+            self.outputs[places],
+            self.defect_n[places],
+            self.noise_n[places],
+        )
 
 
-def solve_step(
-    loop: Loop, propagator: Propagator, start: Floats, pulse_n: float, guess: Floats, tolerance_n_s: float
-) -> Step | None:
-    """The step from a state, or None when Newton's method fails or leaves the gap.
+@dataclass(frozen=True, eq=False)
+class Task:
+    """What is to be stepped: which loops of a fleet, from which states (k, n), under which constant force on top.
+
+    ``width_s`` (k,) are the widths, and ``of_width`` (k,) tells each loop's place among the propagators.
+    """
+
+    fleet: Fleet
+    rows: Indices
+    propagators: tuple[Propagator, ...]
+    of_width: Indices
+    width_s: Floats
+    start: Floats
+    pulse_n: float
+
+    def groups(self) -> Iterator[tuple[Propagator, Indices | slice]]:
+        """The propagators with the places of those that use them."""
+        if len(self.propagators) == 1:
+            yield self.propagators[0], slice(None)
+            return
+        for at, propagator in enumerate(self.propagators):
+            yield propagator, np.flatnonzero(self.of_width == at)
+
+    def forced(self) -> Floats:
+        """The outputs at the points per unit force at the Radau points, (k, s + 2, 4, s)."""
+        shares = self.fleet.shares[self.rows, None, None, None]
+        if len(self.propagators) == 1:
+            return np.asarray(self.propagators[0].forced * shares)
+        return np.asarray(np.stack([propagator.forced for propagator in self.propagators])[self.of_width] * shares)
+
+
+def solve_steps(task: Task, guess: Floats, tolerance_n_s: Floats) -> Steps:
+    """One step of every loop of a task.
 
     Parameters
     ----------
-    start : (n,) state
-    pulse_n : constant force on top of that of the magnets
-    guess : (s,) forces to begin with
-    tolerance_n_s : the impulse to which Newton's method is driven, rounding permitting
+    guess : (k, s) forces to begin with
+    tolerance_n_s : (k,) the impulses to which Newton's method is driven, rounding permitting
     """
-    free = propagator.free @ start
-    forces = guess
-    stage_z, stage_v = propagator.forced[:STAGES, MAGNETS], propagator.forced[:STAGES, DEMAND]
+    count, order = task.start.shape
+    free = np.empty((count, STAGES + 2, 4))
+    for propagator, at in task.groups():
+        free[at] = (task.start[at] @ propagator.free).reshape(-1, STAGES + 2, 4)
+    forced = task.forced()
+    forces, solved = _collocated(task, free, forced, guess, tolerance_n_s)
+    outputs = free + (forced.reshape(count, -1, STAGES) @ forces[:, :, None]).reshape(free.shape)
+    end, moved = np.empty((count, order)), forces * task.fleet.shares[task.rows, None]
+    for propagator, at in task.groups():
+        end[at] = task.start[at] @ propagator.end_free + moved[at] @ propagator.end_forced
+    kept = np.empty((count, STAGES + 1, 4))
+    kept[:, 0], kept[:, 1:] = task.start @ task.fleet.one.c.T, outputs[:, :STAGES]
+    checked = np.empty((count, 2 + FINE.size, 4))
+    checked[:, :2], checked[:, 2:] = outputs[:, STAGES:], _outputs_at_fine() @ kept
+    values, stiffness, _ = task.fleet.force(task.rows, checked[:, :, MAGNETS], checked[:, :, DEMAND])
+    defect = np.abs(values + task.pulse_n - forces @ _force_at_checks().T).max(axis=1)
+    solved &= np.isfinite(defect + end.sum(axis=1))
+    if not task.fleet.one.magnets.is_linear:
+        solved &= _inside(outputs[:, :, MAGNETS], task.fleet.one.magnets.gap_m)
+    return Steps(solved, end, forces, kept, defect, _noise(task.fleet, stiffness))
+
+
+def _inside(positions: Floats, gap_m: tuple[float, float]) -> Booleans:
+    """Which rows lie within the gap."""
+    below, above = gap_m
+    return np.asarray((positions.min(axis=1) > below) & (positions.max(axis=1) < above))
+
+
+def _collocated(
+    task: Task, free: Floats, forced: Floats, guess: Floats, tolerance_n_s: Floats
+) -> tuple[Floats, Booleans]:
+    """The forces at the Radau points by Newton's method, (k, s), and where it converged."""
+    stage_z, stage_v = forced[:, :STAGES, MAGNETS], forced[:, :STAGES, DEMAND]
+    free_z, free_v = free[:, :STAGES, MAGNETS], free[:, :STAGES, DEMAND]
+    forces, width, identity = guess, task.width_s, _IDENTITY
+    solved = failed = np.zeros(guess.shape[0], dtype=bool)
     for _ in range(NEWTON_STEPS):
-        values, stiffness, gain = loop.magnets.force(
-            free[:STAGES, MAGNETS] + stage_z @ forces, free[:STAGES, DEMAND] + stage_v @ forces
-        )
-        residual = values + pulse_n - forces
-        if not np.isfinite(residual).all():
-            return None
-        jacobian = np.eye(STAGES) - stiffness[:, None] * stage_z - gain[:, None] * stage_v
-        try:
-            change = np.linalg.solve(jacobian, residual)
-        except np.linalg.LinAlgError:
-            return None
+        column = forces[:, :, None]
+        position, demand = free_z + (stage_z @ column)[:, :, 0], free_v + (stage_v @ column)[:, :, 0]
+        values, stiffness, gain = task.fleet.force(task.rows, position, demand)
+        residual = values + task.pulse_n - forces
+        failed = failed | ~np.isfinite(residual.sum(axis=1))
+        jacobian = identity - stiffness[:, :, None] * stage_z - gain[:, :, None] * stage_v
+        if failed.any():
+            jacobian[failed], residual[failed] = identity, 0.0
+        change = _solved(jacobian, residual)
+        largest = np.abs(change).max(axis=1)
+        failed = failed | ~np.isfinite(largest)
+        settled = solved | failed
+        if settled.any():
+            change[settled] = 0.0
         forces = forces + change
-        noise = _noise(loop, stiffness)
-        if propagator.width_s * np.abs(change).max() <= tolerance_n_s + propagator.width_s * noise:
-            return _finish(loop, propagator, start, pulse_n, free, forces)
-    return None
+        near = width * largest <= tolerance_n_s + width * _noise(task.fleet, stiffness)
+        solved = solved | (near & ~failed)
+        if (solved | failed).all():
+            break
+    return forces, solved
 
 
-def _finish(
-    loop: Loop, propagator: Propagator, start: Floats, pulse_n: float, free: Floats, forces: Floats
-) -> Step | None:
-    """The step with these forces, and how far its polynomial is from the force; None outside the gap."""
-    outputs = free + propagator.forced @ forces
-    end = propagator.end_free @ start + propagator.end_forced @ forces
-    kept = np.vstack([loop.c @ start, outputs[:STAGES]])
-    below, above = loop.magnets.gap_m
-    inside = (below < outputs[:, MAGNETS]).all() and (outputs[:, MAGNETS] < above).all()
-    if not (np.isfinite(end).all() and np.isfinite(kept).all()) or not (inside or loop.magnets.is_linear):
-        return None
-    checked = np.vstack([outputs[STAGES:], _outputs_at_fine() @ kept])
-    values, stiffness, _ = loop.magnets.force(checked[:, MAGNETS], checked[:, DEMAND])
-    polynomial = np.concatenate([_force_at_probes() @ forces, _force_at_fine() @ forces])
-    defect = float(np.abs(values + pulse_n - polynomial).max())
-    return Step(end, forces, kept, defect, _noise(loop, stiffness))
+def _solved(matrices: Floats, right: Floats) -> Floats:
+    """The solutions (k, s) of linear equations; not a number where a matrix is singular."""
+    try:
+        return np.asarray(np.linalg.solve(matrices, right[:, :, None])[:, :, 0])
+    except np.linalg.LinAlgError:
+        if right.shape[0] == 1:
+            return np.full_like(right, np.nan)
+        return np.concatenate([_solved(matrices[at : at + 1], right[at : at + 1]) for at in range(right.shape[0])])
 
 
-def _noise(loop: Loop, stiffness: Floats) -> float:
+def _noise(fleet: Fleet, stiffness: Floats) -> Floats:
     """The rounding error of the force at the checked points; z0/2 times the stiffness is at least the two pulls."""
-    return ROUNDING * float(np.abs(stiffness).max()) * loop.magnets.bearing.air_gap_m
+    return np.asarray(ROUNDING * np.abs(stiffness).max(axis=1) * fleet.one.magnets.bearing.air_gap_m, dtype=float)

@@ -7,6 +7,7 @@ the user. Where the force has a kink (a limit met, a coil switched off) the step
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -16,17 +17,21 @@ from scipy.optimize import brentq
 from magbear_cli.errors import NumericsError
 from magbear_cli.simulation.collocation import (
     STAGES,
-    Propagator,
-    Step,
-    build_propagator,
+    Steps,
+    Task,
     carried_on,
     knots,
-    solve_step,
+    probes,
+    radau_points,
+    solve_steps,
 )
-from magbear_cli.simulation.loop import DEMAND, MAGNETS, SENSOR, Loop
-from magbear_cli.simulation.trajectory import End, Piece, Trajectory, curves, piecewise
+from magbear_cli.simulation.loop import DEMAND, MAGNETS, SENSOR, Fleet, Loop
+from magbear_cli.simulation.propagation import Propagation
+from magbear_cli.simulation.trajectory import End, Pieces, Trajectory, piecewise
 
 Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
+Integers = NDArray[np.int64]
 
 TOLERANCE = 1e-9  # of the impulse so far, for the defect of one step
 FINEST = 46  # halvings of a span of constant pulse
@@ -40,30 +45,50 @@ NEAR = 0.99  # of the gap: a step that cannot be made here is contact
 
 
 @dataclass
-class _Run:
-    """What the march carries along."""
+class _Record:
+    """What became of one loop: its pieces, and how it ended."""
 
-    loop: Loop
-    state: Floats
-    impulse_n_s: float = 0.0
-    pieces: list[Piece] = field(default_factory=list)
-    pulse_n: float = 0.0
+    starts: list[float] = field(default_factory=list)
+    widths: list[float] = field(default_factory=list)
+    outputs: list[Floats] = field(default_factory=list)
     rejected: int = 0
-    propagators: dict[float, Propagator] = field(default_factory=dict)
-    end: End = End.FINISHED
+    end: End | None = None
     sentence: str = ""
     end_s: float = 0.0
 
-    def propagator(self, width_s: float) -> Propagator:
-        """The linear part over a width, computed once."""
-        if width_s not in self.propagators:
-            self.propagators[width_s] = build_propagator(self.loop, width_s)
-        return self.propagators[width_s]
-
-    def stop(self, end: End, time_s: float, sentence: str) -> bool:
-        """End the run here; always True."""
+    def stop(self, end: End, time_s: float, sentence: str) -> None:
+        """End the run here."""
         self.end, self.end_s, self.sentence = end, time_s, sentence
-        return True
+
+
+@dataclass
+class _March:
+    """What the march of k loops carries along; every array is over the loops."""
+
+    fleet: Fleet
+    propagation: Propagation
+    records: list[_Record]
+    state: Floats
+    impulse_n_s: Floats
+    forces: Floats  # at the Radau points of the last step
+    width_s: Floats  # of the last step; zero before the first
+    runs: NDArray[np.bool_]  # which have not ended
+    pulse_n: float = 0.0  # during the last step
+
+    @classmethod
+    def of(cls, fleet: Fleet) -> _March:
+        one, count = fleet.one, len(fleet.loops)
+        points = np.append(radau_points(), probes())
+        return cls(
+            fleet,
+            Propagation(one.a, one.b, one.c, points, STAGES),
+            [_Record() for _ in fleet.loops],
+            np.array([loop.start for loop in fleet.loops]),
+            np.zeros(count),
+            np.zeros((count, STAGES)),
+            np.zeros(count),
+            np.ones(count, dtype=bool),
+        )
 
 
 def integrate(loop: Loop, duration_s: float) -> Trajectory:
@@ -74,114 +99,173 @@ def integrate(loop: Loop, duration_s: float) -> Trajectory:
     NumericsError
         when the loop has no finite force at t = 0.
     """
-    run = _Run(loop, loop.start)
+    (trajectory,) = integrate_fleet([loop], duration_s)
+    if isinstance(trajectory, NumericsError):
+        raise trajectory
+    return trajectory
+
+
+def integrate_fleet(loops: Sequence[Loop], duration_s: float) -> list[Trajectory | NumericsError]:
+    """The courses of loops that differ in the mass of a rigid rotor only, each with steps of its own.
+
+    A loop that has no first step is an error in the list and keeps none of the others. The numbers of a loop are, to
+    rounding, those that it has alone.
+
+    Raises
+    ------
+    NumericsError
+        when the loops differ otherwise.
+    """
+    march = _March.of(Fleet(tuple(loops)))
     with np.errstate(all="ignore"):  # non-finite numbers are looked for after every step
-        for start_s, end_s, pulse_n in loop.scenario.segments(duration_s):
-            if _march(run, start_s, end_s, pulse_n):
-                break
-        else:
-            run.end_s = duration_s
-    if not run.pieces:
-        raise NumericsError(f"the simulation has no first step: {run.sentence}")
-    position, current, command = curves(loop, run.pieces)
+        for start_s, end_s, pulse_n in march.fleet.one.scenario.segments(duration_s):
+            _march(march, start_s, end_s, pulse_n)
+    return [
+        _trajectory(loop, record, march.state[at], duration_s)
+        for at, (loop, record) in enumerate(zip(march.fleet.loops, march.records, strict=True))
+    ]
+
+
+def _trajectory(loop: Loop, record: _Record, state: Floats, duration_s: float) -> Trajectory | NumericsError:
+    if not record.starts:
+        return NumericsError(f"the simulation has no first step: {record.sentence}")
+    if record.end is None:
+        record.stop(End.FINISHED, duration_s, "")
+    pieces = Pieces(np.array(record.starts), np.array(record.widths), np.stack(record.outputs))
+    position, current, command = pieces.curves(loop)
     return Trajectory(
-        position, current, command, run.end_s, run.end, run.sentence, run.state, len(run.pieces), run.rejected
+        position,
+        current,
+        command,
+        record.end_s,
+        record.end or End.FINISHED,
+        record.sentence,
+        state,
+        len(record.starts),
+        record.rejected,
     )
 
 
-def _march(run: _Run, start_s: float, end_s: float, pulse_n: float) -> bool:
-    """Step through a span of constant pulse; True when the run has ended in it.
+def _march(march: _March, start_s: float, end_s: float, pulse_n: float) -> None:
+    """Step every loop through a span of constant pulse.
 
     Widths are the span halved a whole number of times, and a step of 2^-k begins at a multiple of 2^-k, so that few
     different exponentials are needed. ``place`` counts in the finest width.
     """
     span = end_s - start_s
     finest = min(FINEST, int(np.log2(span / (8.0 * np.finfo(float).eps * end_s))))
-    place, total, level, failures = 0, 2**finest, min(FIRST, finest), 0
-    while place < total:
-        level = max(level, finest - _twos(place, finest))
-        time, width = start_s + span * (place / total), span * 2.0**-level
-        tolerance = 0.01 * TOLERANCE * run.impulse_n_s
-        step = solve_step(run.loop, run.propagator(width), run.state, pulse_n, _guess(run, width, pulse_n), tolerance)
-        if step is None and level == finest:
-            return _cannot_step(run, time)
-        if len(run.pieces) + run.rejected > STEP_BUDGET:
-            return run.stop(End.DIVERGED, time, f"{_when(time)} the current chatters too fast to be followed")
-        halvings = 1 if step is None else _halvings(run, step, width)
-        if step is None or (halvings > 0 and level < finest):
-            failures += 1
-            run.rejected += 1
-            level = min(finest, level + max(halvings, failures))  # ever faster: there is a kink here
-            continue
-        _accept(run, Piece(time, width, step), pulse_n)
-        if _has_ended(run, run.pieces[-1]):
-            return True
-        failures = 0
-        place += 2 ** (finest - level)
-        level = min(finest, max(0, level + halvings))
-    return False
+    count, total = len(march.records), 2**finest
+    place, failures = np.zeros(count, dtype=np.int64), np.zeros(count, dtype=np.int64)
+    level = np.full(count, min(FIRST, finest), dtype=np.int64)
+    while (rows := np.flatnonzero(march.runs & (place < total))).size:
+        now = np.maximum(level[rows], finest - _twos(place[rows], finest))
+        time, width = start_s + span * (place[rows] / total), span * 0.5**now
+        steps = _tried(march, rows, width, pulse_n)
+        impulse = width * np.abs(steps.forces).sum(axis=1) / STAGES
+        halvings = np.where(steps.solved, _halvings(march.impulse_n_s[rows] + impulse, steps, width), 1)
+        finer = now < finest
+        again = ~(steps.solved & (halvings <= 0)) & finer
+        stuck = ~(steps.solved | finer)
+        for at in np.flatnonzero(again):
+            march.records[rows[at]].rejected += 1
+        for at in np.flatnonzero(stuck):
+            _end_early(march, rows[at], float(time[at]))
+        failures[rows] = np.where(again, failures[rows] + 1, 0)
+        # ever faster where it fails again and again: there is a kink here
+        level[rows] = np.clip(now + np.where(again, np.maximum(halvings, failures[rows]), halvings), 0, finest)
+        taken = np.flatnonzero(~(again | stuck))
+        if taken.size:
+            place[rows[taken]] += 1 << (finest - now[taken])
+            _accept(march, rows[taken], steps.at(taken), (time[taken], width[taken], impulse[taken], pulse_n))
+        march.runs[rows] = [march.records[at].end is None for at in rows]
 
 
-def _twos(place: int, most: int) -> int:
-    """How many times a number can be halved."""
-    return most if place == 0 else (place & -place).bit_length() - 1
+def _twos(place: Integers, most: int) -> Integers:
+    """How many times each number can be halved."""
+    lowest = np.frexp((place & -place).astype(float))[1] - 1
+    return np.where(place == 0, most, lowest)
 
 
-def _guess(run: _Run, width_s: float, pulse_n: float) -> Floats:
+def _tried(march: _March, rows: Indices, width_s: Floats, pulse_n: float) -> Steps:
+    """One step of each of these loops."""
+    if rows.size == 1:
+        widths, of_width = width_s, np.zeros(1, dtype=np.intp)
+    else:
+        widths, of_width = np.unique(width_s, return_inverse=True)
+    propagators = tuple(march.propagation.over(width) for width in widths.tolist())
+    task = Task(march.fleet, rows, propagators, of_width, width_s, march.state[rows], pulse_n)
+    return solve_steps(task, _guess(march, rows, width_s, pulse_n), 0.01 * TOLERANCE * march.impulse_n_s[rows])
+
+
+def _guess(march: _March, rows: Indices, width_s: Floats, pulse_n: float) -> Floats:
     """Forces to begin Newton's method with: the last step's polynomial carried on, or the last force held."""
-    if not run.pieces:
-        outputs = run.loop.c @ run.state
-        force, _, _ = run.loop.magnets.force(outputs[MAGNETS], outputs[DEMAND])
-        return np.full(STAGES, float(force) + pulse_n)
-    last = run.pieces[-1]
-    added = pulse_n - run.pulse_n
-    ratio = width_s / last.width_s
-    if ratio > FARTHEST_EXTRAPOLATION:
-        return np.full(STAGES, last.step.forces[-1] + added)
-    return carried_on(float(f"{ratio:.6g}")) @ last.step.forces + added
+    guess, added = march.forces[rows], pulse_n - march.pulse_n
+    ratios = width_s / march.width_s[rows]
+    for ratio in set(ratios.tolist()):
+        if ratio == np.inf:  # no step before
+            same = np.flatnonzero(ratios == ratio)
+            outputs = march.state[rows[same]] @ march.fleet.one.c.T
+            force, _, _ = march.fleet.force(rows[same], outputs[:, [MAGNETS]], outputs[:, [DEMAND]])
+            guess[same] = force + pulse_n - added
+        elif ratio > FARTHEST_EXTRAPOLATION:
+            same = np.flatnonzero(ratios == ratio)
+            guess[same] = guess[same, -1:]
+        elif ratio > 0.0:
+            same = np.flatnonzero(ratios == ratio)
+            guess[same] = guess[same] @ carried_on(float(f"{ratio:.6g}")).T
+    return guess + added
 
 
-def _halvings(run: _Run, step: Step, width_s: float) -> int:
-    """How many times to halve the width: above zero, the step must be taken again; else it is that of the next one."""
-    impulse = run.impulse_n_s + width_s * float(np.abs(step.forces).mean())
-    allowed = TOLERANCE * impulse
-    error = width_s * (step.defect_n - step.noise_n)
-    if error <= 0.0:
-        return -MOST_DOUBLINGS
-    if allowed == 0.0:
-        return 1
-    wanted = np.log2(2.0 * error / allowed) / (STAGES + 1)  # the defect goes with width^STAGES
-    return max(1, int(np.ceil(wanted))) if error > allowed else -int(np.clip(np.floor(-wanted), 0, MOST_DOUBLINGS))
+def _halvings(impulse_n_s: Floats, steps: Steps, width_s: Floats) -> Integers:
+    """How many times to halve each width: above zero, the step must be taken again; else it is that of the next one.
+
+    The defect goes with width^STAGES. Without any impulse a defect is halved once, and without a defect all is well.
+    """
+    allowed, error = TOLERANCE * impulse_n_s, width_s * (steps.defect_n - steps.noise_n)
+    wanted = np.ceil(np.log2(2.0 * error / allowed) / (STAGES + 1))
+    halvings = np.where(error > allowed, np.clip(wanted, 1, FINEST), np.clip(wanted, -MOST_DOUBLINGS, 0))
+    halvings[allowed == 0.0] = 1
+    halvings[error <= 0.0] = -MOST_DOUBLINGS
+    return halvings.astype(np.int64)
 
 
-def _accept(run: _Run, piece: Piece, pulse_n: float) -> None:
-    """Go to the end of the step."""
-    run.pieces.append(piece)
-    run.state = piece.step.end
-    run.pulse_n = pulse_n
-    run.impulse_n_s += piece.width_s * float(np.abs(piece.step.forces).mean())
+def _accept(march: _March, rows: Indices, steps: Steps, step: tuple[Floats, Floats, Floats, float]) -> None:
+    """Go to the ends of these steps, and look which runs have ended in them."""
+    time, width, impulse, pulse_n = step
+    march.state[rows], march.forces[rows] = steps.end, steps.forces
+    march.width_s[rows], march.pulse_n = width, pulse_n
+    march.impulse_n_s[rows] += impulse
+    for row, start, span, outputs in zip(rows, time.tolist(), width.tolist(), steps.outputs, strict=True):
+        record = march.records[row]
+        record.starts.append(start)
+        record.widths.append(span)
+        record.outputs.append(outputs)
+        if len(record.starts) + record.rejected > STEP_BUDGET:
+            record.stop(End.DIVERGED, start, f"{_when(start)} the current chatters too fast to be followed")
+    magnets = march.fleet.one.magnets
+    left = 0.0 if magnets.is_linear else CONTACT * magnets.bearing.air_gap_m
+    size = np.abs(steps.outputs).max(axis=1)
+    farthest, loudest = np.maximum(size[:, MAGNETS] + left, size[:, SENSOR]), size[:, DEMAND]
+    for at in np.flatnonzero((farthest >= min(-magnets.gap_m[0], magnets.gap_m[1])) | (loudest > LARGEST_CURRENT_A)):
+        _look_for_the_end(march.records[rows[at]], magnets.gap_m, left)
 
 
-def _has_ended(run: _Run, piece: Piece) -> bool:
-    """Whether the rotor touched the stator in a step, at the magnets or at the sensor, or the demand ran away."""
-    below, above = run.loop.magnets.gap_m
-    outputs = piece.step.outputs
-    left = 0.0 if run.loop.magnets.is_linear else CONTACT * run.loop.magnets.bearing.air_gap_m
+def _look_for_the_end(record: _Record, gap_m: tuple[float, float], left_m: float) -> None:
+    """End a run in whose last step the rotor touched the stator, at magnets or sensor, or the demand ran away."""
+    start, width, outputs = record.starts[-1], record.widths[-1], record.outputs[-1]
     contacts = [
-        _contact_s(piece, outputs[:, channel], limit, distance)
-        for channel, distance in ((MAGNETS, left), (SENSOR, 0.0))
-        for limit in (below, above)
+        _contact_s(start, width, outputs[:, channel], limit, distance)
+        for channel, distance in ((MAGNETS, left_m), (SENSOR, 0.0))
+        for limit in gap_m
     ]
-    if np.isfinite(min(contacts)):
-        time = min(contacts)
-        return run.stop(End.TOUCHED_DOWN, time, f"{_when(time)} the rotor touched the stator")
-    end = piece.start_s + piece.width_s
-    if np.abs(outputs[:, DEMAND]).max() > LARGEST_CURRENT_A:
-        return run.stop(End.DIVERGED, end, f"{_when(end)} the controller asked for more than {LARGEST_CURRENT_A:g} A")
-    return False
+    time, end = min(contacts), start + width
+    if np.isfinite(time):
+        record.stop(End.TOUCHED_DOWN, time, f"{_when(time)} the rotor touched the stator")
+    elif np.abs(outputs[:, DEMAND]).max() > LARGEST_CURRENT_A:
+        record.stop(End.DIVERGED, end, f"{_when(end)} the controller asked for more than {LARGEST_CURRENT_A:g} A")
 
 
-def _contact_s(piece: Piece, positions_m: Floats, limit_m: float, left_m: float) -> float:
+def _contact_s(start_s: float, width_s: float, positions_m: Floats, limit_m: float, left_m: float) -> float:
     """When the position reaches a limit, in s; infinite when it does not in this step.
 
     The attraction grows without bound at a magnet. So the position is followed to a short distance from it, and the
@@ -192,8 +276,8 @@ def _contact_s(piece: Piece, positions_m: Floats, limit_m: float, left_m: float)
     beyond = np.flatnonzero(left <= 0.0)
     if not beyond.size:
         return float(np.inf)
-    distance = piecewise([piece], left[None, :])
-    time, until = piece.start_s, piece.start_s + piece.width_s * float(knots()[beyond[0]])
+    distance = piecewise(np.array([start_s]), np.array([width_s]), left[None, :])
+    time, until = start_s, start_s + width_s * float(knots()[beyond[0]])
     if distance(time) > 0.0:  # else it starts there
         is_crossed = distance(until) < 0.0
         time = float(brentq(distance, time, until, xtol=1e-300, rtol=1e-14)) if is_crossed else until
@@ -201,13 +285,14 @@ def _contact_s(piece: Piece, positions_m: Floats, limit_m: float, left_m: float)
     return time + (left_m / speed if speed > 0.0 else 0.0)
 
 
-def _cannot_step(run: _Run, time_s: float) -> bool:
+def _end_early(march: _March, row: int, time_s: float) -> None:
     """End a run whose finest step has no solution: at a magnet this is contact, elsewhere numbers beyond reach."""
-    outputs = run.loop.c @ run.state
-    position = run.loop.scenario.position_m + float(outputs[MAGNETS])
-    if abs(position) > NEAR * run.loop.magnets.bearing.air_gap_m:
-        return run.stop(End.TOUCHED_DOWN, time_s, f"{_when(time_s)} the rotor touched the stator")
-    return run.stop(End.NOT_FINITE, time_s, f"{_when(time_s)} the loop has no finite state any more")
+    record, one = march.records[row], march.fleet.one
+    position = one.scenario.position_m + float(one.c[MAGNETS] @ march.state[row])
+    if abs(position) > NEAR * one.magnets.bearing.air_gap_m:
+        record.stop(End.TOUCHED_DOWN, time_s, f"{_when(time_s)} the rotor touched the stator")
+    else:
+        record.stop(End.NOT_FINITE, time_s, f"{_when(time_s)} the loop has no finite state any more")
 
 
 def _when(time_s: float) -> str:

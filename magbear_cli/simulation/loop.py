@@ -10,7 +10,7 @@ and holds the height of the step.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -25,6 +25,7 @@ from magbear_cli.model.rotor import rotor_dynamics
 from magbear_cli.simulation.scenario import StepScenario
 
 Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
 
 MAGNETS, SENSOR, COMMAND, DEMAND = range(4)  # the outputs
 
@@ -72,6 +73,11 @@ class Magnets:
         """The deviations at which the rotor touches the stator, below and above."""
         return -self.bearing.air_gap_m - self.scenario.position_m, self.bearing.air_gap_m - self.scenario.position_m
 
+    @cached_property
+    def load_n(self) -> float:
+        """What the force of the magnets is diminished by: the weight, and in the exact law what held the rotor."""
+        return self.weight_n if self.is_linear else self.held_load_n + self.weight_n
+
     def current(self, demand_a: Floats) -> Floats:
         """The control current that the amplifier gives for a demanded deviation."""
         limit = self.scenario.current_limit_a
@@ -80,18 +86,23 @@ class Magnets:
 
     def force(self, position_m: Floats, demand_a: Floats) -> tuple[Floats, Floats, Floats]:
         """The net force in N, and its slopes to position and demand; zero slope to a demand beyond the limit."""
-        current = self.current(demand_a)
+        return self.force_between(position_m, self.standing_current_a + demand_a, self.load_n)
+
+    def force_between(
+        self, position_m: Floats, wanted_a: Floats, load_n: float | Floats
+    ) -> tuple[Floats, Floats, Floats]:
+        """The same with the wanted current itself, before the limit, and for another load: arrays that broadcast."""
+        limit = self.scenario.current_limit_a
+        current = wanted_a if limit is None else np.clip(wanted_a, -limit, limit)
         if self.is_linear:
             k_z, k_i = self.slopes
-            added = current - self.scenario.current_a
-            force = k_z * position_m + k_i * added - self.weight_n
+            force = k_z * position_m + k_i * (current - self.scenario.current_a) - load_n
             stiffness, gain = np.full_like(force, k_z), np.full_like(force, k_i)
         else:
             force, stiffness, gain = force_and_slopes(self.bearing, self.scenario.position_m + position_m, current)
-            force = force - (self.held_load_n + self.weight_n)
-        limit = self.scenario.current_limit_a
+            force = force - load_n
         if limit is not None:
-            gain = np.where(np.abs(self.standing_current_a + demand_a) <= limit, gain, 0.0)
+            gain = np.where(np.abs(wanted_a) <= limit, gain, 0.0)
         return force, stiffness, gain
 
 
@@ -112,6 +123,63 @@ class Loop:
     def scenario(self) -> StepScenario:
         """What is done to the loop."""
         return self.magnets.scenario
+
+
+@dataclass(frozen=True, eq=False)
+class Fleet:
+    """Loops with one linear part and one force law, marched through time together.
+
+    They may differ in the rotor's mass, which divides b, in the weight, and in the start.
+
+    Parameters
+    ----------
+    loops : at least one
+
+    Raises
+    ------
+    NumericsError
+        when their linear parts, bearings or scenarios differ otherwise.
+    """
+
+    loops: tuple[Loop, ...]
+
+    def __post_init__(self) -> None:
+        """Refuse loops that do not belong together."""
+        first = self.loops[0]
+        for loop in self.loops[1:]:
+            same = replace(loop.scenario, mass_kg=first.scenario.mass_kg) == first.scenario
+            alike = np.array_equal(loop.a, first.a) and np.array_equal(loop.c, first.c)
+            proportional = np.allclose(loop.b, first.b * self._share(loop), rtol=1e-14, atol=0.0)
+            if not (same and alike and proportional and loop.magnets.bearing == first.magnets.bearing):
+                raise NumericsError("only loops that differ in a rigid rotor's mass are simulated together")
+
+    @property
+    def one(self) -> Loop:
+        """A loop whose linear part and force law are those of all."""
+        return self.loops[0]
+
+    @cached_property
+    def shares(self) -> Floats:
+        """The factors (k,) of b."""
+        return np.array([self._share(loop) for loop in self.loops])
+
+    @cached_property
+    def standing_current_a(self) -> Floats:
+        """The control currents at rest, (k,)."""
+        return np.array([loop.magnets.standing_current_a for loop in self.loops])
+
+    @cached_property
+    def load_n(self) -> Floats:
+        """The loads, (k,)."""
+        return np.array([loop.magnets.load_n for loop in self.loops])
+
+    def force(self, rows: Indices, position_m: Floats, demand_a: Floats) -> tuple[Floats, Floats, Floats]:
+        """Net forces and their slopes of some of the loops, arrays (rows, points)."""
+        wanted = self.standing_current_a[rows, None] + demand_a
+        return self.one.magnets.force_between(position_m, wanted, self.load_n[rows, None])
+
+    def _share(self, loop: Loop) -> float:
+        return self.loops[0].scenario.mass_kg / loop.scenario.mass_kg
 
 
 def close_loop(bearing: Bearing, controller: StateSpace, scenario: StepScenario) -> Loop:

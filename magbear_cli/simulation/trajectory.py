@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PPoly
 
-from magbear_cli.simulation.collocation import STAGES, Step, knots
+from magbear_cli.simulation.collocation import STAGES, knots
 from magbear_cli.simulation.loop import COMMAND, DEMAND, SENSOR, Loop
 
 Floats = NDArray[np.float64]
@@ -42,34 +42,35 @@ class Trajectory:
     rejected: int
 
 
-@dataclass(frozen=True)
-class Piece:
-    """A step with the time of its beginning and its width."""
+@dataclass(frozen=True, eq=False)
+class Pieces:
+    """The steps of a run: their begin and width (pieces,), and the outputs at the knots (pieces, s + 1, 4)."""
 
-    start_s: float
-    width_s: float
-    step: Step
+    start_s: Floats
+    width_s: Floats
+    outputs: Floats
+
+    def curves(self, loop: Loop) -> tuple[PPoly, PPoly, PPoly]:
+        """Position at the sensor (deviation), control current and filtered command."""
+        return (
+            self.polynomials(self.outputs[:, :, SENSOR]),
+            self.polynomials(loop.magnets.current(self.outputs[:, :, DEMAND])),
+            self.polynomials(self.outputs[:, :, COMMAND]),
+        )
+
+    def polynomials(self, values: Floats) -> PPoly:
+        """The polynomials through values at the knots of each piece, (pieces, s + 1)."""
+        return piecewise(self.start_s, self.width_s, values)
 
 
-def piecewise(pieces: list[Piece], values: Floats) -> PPoly:
-    """The polynomials through the values at the knots of each piece.
+def piecewise(start_s: Floats, width_s: Floats, values: Floats) -> PPoly:
+    """The polynomials through the values at the knots of pieces that follow each other.
 
     Parameters
     ----------
+    start_s, width_s : (pieces,) arrays
     values : (pieces, knots) array
     """
-    widths = np.array([piece.width_s for piece in pieces])
     powers = np.arange(STAGES, -1, -1)
     by_fraction = np.linalg.solve(knots()[:, None] ** powers, values.T)  # coefficients in the fraction of the width
-    breaks = np.array([piece.start_s for piece in pieces] + [pieces[-1].start_s + pieces[-1].width_s])
-    return PPoly(by_fraction / widths ** powers[:, None], breaks)
-
-
-def curves(loop: Loop, pieces: list[Piece]) -> tuple[PPoly, PPoly, PPoly]:
-    """Position at the sensor (deviation), control current and filtered command of the pieces."""
-    outputs = np.stack([piece.step.outputs for piece in pieces])
-    return (
-        piecewise(pieces, outputs[:, :, SENSOR]),
-        piecewise(pieces, loop.magnets.current(outputs[:, :, DEMAND])),
-        piecewise(pieces, outputs[:, :, COMMAND]),
-    )
+    return PPoly(by_fraction / width_s ** powers[:, None], np.append(start_s, start_s[-1] + width_s[-1]))

@@ -81,7 +81,10 @@ class Row:
 
 
 def measure(row: Row, repeats: int, say: Callable[[str], None], *, tiny: bool = False) -> dict[str, Any]:
-    """The document of a row: every sample, errors and floor. The sides take turns, so that a busy machine is so for all."""
+    """The document of a row: every sample, errors and floor.
+
+    The sides take turns, so that a busy machine is busy for all.
+    """
     prepared = row.prepare(tiny)
     answers = {}
     for side in prepared.sides:
@@ -93,14 +96,13 @@ def measure(row: Row, repeats: int, say: Callable[[str], None], *, tiny: bool = 
             samples.append({"side": side.name, "repeat": repeat, "seconds": seconds / side.amount, "runs": runs})
             say(f"{row.name} {repeat + 1}/{repeats} {side.name}: {seconds / side.amount:.6g} s")
     errors = {name: dict(found) for name, found in prepared.errors(answers).items()}
-    seconds = medians(samples)
     return {
         "row": row.name,
         "work": row.work,
         "goals": [asdict(goal) for goal in row.goals],
         "machine": machine(),
         "errors": errors,
-        "floor": prepared.floor(seconds),
+        "floor": prepared.floor(medians(samples)),
         "samples": samples,
     }
 

@@ -43,7 +43,8 @@ def _goal_lines(row: Row, document: Mapping[str, Any]) -> Iterator[str]:
         ours, peer = seconds[goal.ours], seconds[goal.peer]
         ratio = f"{goal.ratio(seconds):.3g}"
         verdict = "met" if goal.is_met(seconds) else "missed"
-        yield f"| {row.work}: {goal.ours} | {goal.peer} | {ours:.3g} | {peer:.3g} | {ratio} | {_wanted(goal)} | {verdict} |"
+        told = [f"{row.work}: {goal.ours}", goal.peer, f"{ours:.3g}", f"{peer:.3g}", ratio, _wanted(goal), verdict]
+        yield f"| {' | '.join(told)} |"
 
 
 def _wanted(goal: Goal) -> str:

@@ -45,8 +45,9 @@ def _prepare(tiny: bool) -> Prepared:  # noqa: FBT001 - the row's switch
 
     def floor(seconds: Mapping[str, float]) -> str:
         return (
-            "the cone program takes about 20 interior-point steps of 0.02 s, three or four times as the grid grows, and "
-            f"the certificate two to three solves of 0.2 s; with reduction, judgement and proof we take {seconds[OURS]:.2g} s"
+            "the cone program takes about 20 interior-point steps of 0.02 s, three or four times as the grid grows, "
+            "the certificate two to three solves of 0.2 s; with reduction, judgement and proof we take "
+            f"{seconds[OURS]:.2g} s"
         )
 
     return Prepared(sides, errors, floor)
@@ -90,11 +91,7 @@ def _d_step(plant: StateSpace, controller: StateSpace, omega: NDArray[np.float64
     loop = lower_lft(plant, controller)
     a, b, c, d = (np.asfortranarray(matrix) for matrix in (loop.a, loop.b, loop.c, loop.d))
     blocks = loop.outputs
-    orders, sizes, kinds = (
-        np.array(D_ORDER, dtype=np.int32),
-        np.ones(blocks, dtype=np.int32),
-        np.full(blocks, 2, dtype=np.int32),
-    )
+    sizes, kinds = np.ones(blocks, dtype=np.int32), np.full(blocks, 2, dtype=np.int32)
     *_, ad, bd, cd, dd, mu, info = ctrlsys.sb10md(
         loop.order, blocks, omega.size, 1, D_ORDER, blocks, sizes, kinds, FIT_TOLERANCE, a, b, c, d, omega.copy()
     )

@@ -53,7 +53,8 @@ SETTINGS = PeerSettings()
 
 def _prepare(tiny: bool) -> Prepared:  # noqa: FBT001 - the row's switch
     routes = {"fixed_order 1": ROUTES["fixed_order 1"]} if tiny else ROUTES
-    sides = [Side(name, lambda case=case_of(options): designed(case)) for name, options in routes.items()]  # type: ignore[misc]
+    cases = {name: case_of(options) for name, options in routes.items()}
+    sides = [Side(name, lambda case=case: designed(case)) for name, case in cases.items()]  # type: ignore[misc]
     if not tiny:
         sides.append(Side(DKPY, dkpys_controller, warm_up=lambda: __import__("dkpy")))
 

@@ -61,7 +61,7 @@ def _prepare(tiny: bool) -> Prepared:  # noqa: FBT001 - the row's switch
 
     def errors(answers: Mapping[str, Any]) -> Mapping[str, Mapping[str, float]]:
         upper, d = answers[OURS]
-        lower, delta = mu_lower_bound(matrices)
+        _, delta = mu_lower_bound(matrices)
         judged = np.linspace(0, count - 1, JUDGED).astype(int)
         gaps = [_gap_in_30_digits(matrices[i], d[i], delta[i]) for i in judged]
         found = {OURS: {"upper over lower bound of mu - 1, in 30 digits": max(gaps)}}
