@@ -7,8 +7,6 @@ if the loop is stable for every mass: a controller that does not stabilise can s
 Run it with ``python tests/campaigns/optimality.py --problems 25 --seed 1``.
 """
 
-# ruff: noqa: T201 - a campaign is a command, and its table is its answer
-
 from __future__ import annotations
 
 import argparse

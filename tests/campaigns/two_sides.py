@@ -8,8 +8,6 @@ stiffness in place of the mass.
 Run it with ``python tests/campaigns/two_sides.py --problems 40 --seed 1``.
 """
 
-# ruff: noqa: T201 - a campaign is a command, and its table is its answer
-
 from __future__ import annotations
 
 import argparse
