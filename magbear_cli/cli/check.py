@@ -21,7 +21,7 @@ def check(study: Path, overrides: tuple[str, ...]) -> None:
     Example:  magbear check study.yaml
     """
     from magbear_cli.cli.output import put
-    from magbear_cli.cli.planning import planned_cases
+    from magbear_cli.library.planning import planned_cases
     from magbear_cli.spec import read_study
 
     read = read_study(study, overrides)

@@ -25,7 +25,7 @@ def compare(first: Path, second: Path, rtol: float, *, as_json: bool) -> int:
     Example:  magbear compare out/before out/after --rtol 1e-3
     """
     from magbear_cli.cli.output import put, put_json, tell
-    from magbear_cli.cli.stored import results_file
+    from magbear_cli.library.stored import results_file
     from magbear_cli.store.results import read_results
     from magbear_cli.study.comparison import compare_studies
 

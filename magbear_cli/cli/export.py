@@ -60,9 +60,9 @@ def export(  # noqa: PLR0913, PLR0917 - click hands the options over by name
     """
     from magbear_cli.cli.options import usable_directory
     from magbear_cli.cli.output import put, put_json, tell
-    from magbear_cli.cli.stored import results_file
     from magbear_cli.export.handover import Handover, identifier
     from magbear_cli.export.writing import write_export
+    from magbear_cli.library.stored import results_file
     from magbear_cli.store.results import read_results
 
     study = read_results(results_file(results))

@@ -41,8 +41,8 @@ def merge(
     Example:  magbear merge out/sweep-0-of-2 out/sweep-1-of-2 -o out/sweep
     """
     from magbear_cli.cli.output import tell
-    from magbear_cli.cli.planning import planned_cases
     from magbear_cli.cli.session import Request, conclude, default_output
+    from magbear_cli.library.planning import planned_cases
     from magbear_cli.spec import read_study_text
     from magbear_cli.store.run_directory import RunDirectory
 

@@ -24,7 +24,7 @@ def plan(study: Path, overrides: tuple[str, ...], *, as_json: bool) -> None:
     import json
 
     from magbear_cli.cli.output import put, put_json
-    from magbear_cli.cli.planning import planned_cases
+    from magbear_cli.library.planning import planned_cases
     from magbear_cli.spec import read_study
 
     read = read_study(study, overrides)

@@ -26,8 +26,8 @@ def report(results: Path, output: Path | None, only: tuple[str, ...]) -> None:
     from magbear_cli.cli.options import usable_directory
     from magbear_cli.cli.output import put
     from magbear_cli.cli.progress import open_activity
-    from magbear_cli.cli.stored import results_file
     from magbear_cli.errors import InputError
+    from magbear_cli.library.stored import results_file
     from magbear_cli.report.writing import write_report
     from magbear_cli.store.results import read_results
     from magbear_cli.store.run_directory import MOST_WHOLE

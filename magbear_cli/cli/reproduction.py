@@ -86,7 +86,7 @@ def _share(member: _Member, members: Sequence[_Member]) -> None:
 @contextmanager
 def _opened(studies: Mapping[str, Study], output: Path) -> Iterator[list[_Member]]:
     """The studies with their directories, locked; what was finished is told of when the run is broken off."""
-    from magbear_cli.cli.planning import planned_cases
+    from magbear_cli.library.planning import planned_cases
     from magbear_cli.store.run_directory import RunDirectory
 
     planned = [planned_cases(study) for study in studies.values()]

@@ -60,7 +60,7 @@ class Request:
 
 def run_session(study: Study, request: Request, present: Present | None = None) -> int:
     """Plan, compute what is missing, store, report, print (as ``present`` does it); the answer is the exit code."""
-    from magbear_cli.cli.planning import planned_cases
+    from magbear_cli.library.planning import planned_cases
     from magbear_cli.store.run_directory import RunDirectory
 
     refuse_contradictions(request)

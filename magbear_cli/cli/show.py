@@ -19,7 +19,7 @@ def show(results: Path, *, as_json: bool) -> None:
     Example:  magbear show out/quickstart
     """
     from magbear_cli.cli.output import put, put_json
-    from magbear_cli.cli.stored import results_file
+    from magbear_cli.library.stored import results_file
     from magbear_cli.store.results import read_results
 
     path = results_file(results)

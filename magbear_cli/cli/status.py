@@ -78,7 +78,7 @@ def _folded(text: str) -> list[str]:
 
 
 def _document(directory: Path) -> dict[str, Any]:
-    from magbear_cli.cli.planning import planned_cases
+    from magbear_cli.library.planning import planned_cases
     from magbear_cli.spec import read_study_text
     from magbear_cli.store.lock import LOCK_NAME, is_locked
 

@@ -24,7 +24,7 @@ def verify(results: Path, *, as_json: bool) -> int:
     Example:  magbear verify out/limits
     """
     from magbear_cli.cli.output import put, put_json, tell
-    from magbear_cli.cli.stored import results_file
+    from magbear_cli.library.stored import results_file
     from magbear_cli.store.results import read_results
     from magbear_cli.study.checking import check_proofs
 

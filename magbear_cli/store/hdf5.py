@@ -144,11 +144,11 @@ def _attach_axes(datasets: Mapping[str, h5d.DatasetID], name: str, axes: tuple[s
 
 
 def _file_type(values: Array) -> h5t.TypeID:
-    """The type in the file: text is declared ASCII where it is, for the readers that know nothing else."""
-    if values.dtype.kind != "S":
-        return _type_of(values.dtype)
-    is_ascii = all(bytes(item).isascii() for item in np.atleast_1d(values))
-    return _text_type("ascii" if is_ascii else "utf-8", values.dtype.itemsize)
+    """The type in the file. Text is declared ASCII although its bytes are UTF-8.
+
+    Octave gives up the whole file at the first text that is declared UTF-8, and reads its bytes where it is not.
+    """
+    return _type_of(values.dtype) if values.dtype.kind != "S" else _text_type(values.dtype.itemsize)
 
 
 def _write_attribute(owner: h5g.GroupID | h5d.DatasetID, name: str, value: str | int | Array) -> None:
@@ -163,8 +163,8 @@ def _type_of(dtype: np.dtype[np.generic]) -> h5t.TypeID:
 
 
 @lru_cache(maxsize=256)
-def _text_type(encoding: str, length: int) -> h5t.TypeID:
-    return h5t.py_create(h5py.string_dtype(encoding, length), logical=True)
+def _text_type(length: int) -> h5t.TypeID:
+    return h5t.py_create(h5py.string_dtype("ascii", length), logical=True)
 
 
 @lru_cache(maxsize=256)

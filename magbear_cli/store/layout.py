@@ -12,14 +12,14 @@ from enum import StrEnum
 from magbear_cli.lti.state_space import StateSpace
 from magbear_cli.study.outcome import FrequencyStudy, ImpossibilityProof, PoleStudy, StepOutcome, Summary
 
-LAYOUT_VERSION = 3  # raised when a dataset changes its name, unit, axes or meaning
+LAYOUT_VERSION = 4  # raised when a dataset changes its name, unit, axes or meaning
 
 
 class Kind(StrEnum):
     """What the numbers of a dataset are."""
 
     NUMBER = "number"  # float64
-    COMPLEX = "complex"  # float64 pairs named r and i
+    COMPLEX = "complex"  # float64 with a last axis of two, real and imaginary part
     INTEGER = "integer"  # int64
     FLAG = "flag"  # uint8, 0 or 1
     TEXT = "text"  # fixed length, padded with zeros
@@ -53,6 +53,7 @@ class Group:
 
 COUNTED_AXES = {
     "case": "case number, counted from 1",
+    "part": "part of a complex number: 1 real, 2 imaginary",
     "entry": "number of the entry",
     "state_rate": "row of the state equation",
     "state": "state of the controller",

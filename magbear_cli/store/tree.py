@@ -16,7 +16,7 @@ from magbear_cli.study.plan import canonical_json
 
 Array = NDArray[Any]
 
-DTYPES = {Kind.NUMBER: np.float64, Kind.COMPLEX: np.complex128, Kind.INTEGER: np.int64, Kind.FLAG: np.uint8}
+DTYPES = {Kind.NUMBER: np.float64, Kind.INTEGER: np.int64, Kind.FLAG: np.uint8}
 MISSING: dict[Kind, object] = {Kind.NUMBER: float("nan"), Kind.INTEGER: -1, Kind.FLAG: 0, Kind.TEXT: ""}
 
 
@@ -74,7 +74,9 @@ def grow_fields(
 ) -> Branch:
     """The branch of named values, with a counted coordinate for every axis that has no measured one."""
     leaves = {
-        entry.name: Leaf(encode(values[entry.name], entry), entry) for entry in fields if values[entry.name] is not None
+        entry.name: Leaf(encode(values[entry.name], entry), _as_stored(entry))
+        for entry in fields
+        if values[entry.name] is not None
     }
     lengths = {
         axis: leaf.values.shape[place]
@@ -126,6 +128,10 @@ def encode(value: object, entry: Field) -> Array:
         return _text_array(canonical_json(value))
     if entry.kind is Kind.TEXT:
         return _text_array(value)
+    if entry.kind is Kind.COMPLEX:
+        # a type of pairs would be read by some programs only: Octave takes h5py's for zeros, without a word
+        numbers = np.asarray(value, dtype=np.complex128)
+        return np.ascontiguousarray(numbers).view(np.float64).reshape((*numbers.shape, 2))
     return np.asarray(value, dtype=DTYPES[entry.kind], order="C")
 
 
@@ -136,9 +142,16 @@ def decode(values: Array, entry: Field) -> Any:  # noqa: ANN401 - the value may 
         if entry.kind is Kind.JSON:
             return json.loads(texts[0])
         return texts if entry.axes else texts[0]
+    if entry.kind is Kind.COMPLEX:
+        return np.ascontiguousarray(values, dtype=np.float64).view(np.complex128)[..., 0]
     if entry.axes:
         return np.asarray(values, dtype=DTYPES[entry.kind])
     return bool(values) if entry.kind is Kind.FLAG else values.item()
+
+
+def _as_stored(entry: Field) -> Field:
+    """The field as its array has it: complex numbers with an axis more."""
+    return replace(entry, axes=(*entry.axes, "part")) if entry.kind is Kind.COMPLEX else entry
 
 
 def _text_array(value: object) -> Array:

@@ -9,9 +9,11 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from magbear_cli.spec import read_study_text
+from magbear_cli.store.results import read_results
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "README.md").read_text("utf-8")
@@ -29,7 +31,7 @@ def test_the_study_of_the_front_page_is_legal() -> None:
 
 def test_the_reading_example_reads(finished: Path, tmp_path: Path) -> None:
     """The lines that open a results file without this project's code do so."""
-    (script,) = _blocks("python")
+    script, _ = _blocks("python")
     folder = tmp_path / "out" / "quickstart"
     folder.mkdir(parents=True)
     shutil.copy(finished / "results.h5", folder)
@@ -39,6 +41,57 @@ def test_the_reading_example_reads(finished: Path, tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     (case, _) = json.loads((finished.parent / "done.json").read_text("utf-8"))["cases"]
     assert float(done.stdout) == pytest.approx(case["peak_mu"], rel=0.05)  # largest on the grid, and beside it
+
+
+def test_the_library_example_runs(tmp_path: Path) -> None:
+    """The lines that show the Python interface print what they should, beside the project's studies."""
+    _, script = _blocks("python")
+    shutil.copytree(ROOT / "studies", tmp_path / "studies")
+    done = subprocess.run(
+        [sys.executable, "-c", script], cwd=tmp_path, capture_output=True, encoding="utf-8", timeout=300, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    first, bracket, proof, time, statuses = done.stdout.splitlines()
+    assert first.startswith("ok 0.419")
+    low, high = (float(word) for word in bracket.removesuffix(" rad/s").split(" to "))
+    assert low < 4367.1
+    assert high > 4327.7
+    assert proof.startswith("proven for every mass")
+    assert time == "2e-05"
+    assert statuses == "['not_achieved', 'not_achieved']"
+
+
+def test_the_octave_example_prints(finished: Path, tmp_path: Path) -> None:
+    """Ten lines of Octave print peak mu and a frequency response from a results file."""
+    octave = shutil.which("octave-cli")
+    if octave is None:
+        pytest.skip("octave-cli is not installed")
+    (script,) = _blocks("octave")
+    assert len(script.splitlines()) <= 10
+    folder = tmp_path / "out" / "quickstart"
+    folder.mkdir(parents=True)
+    shutil.copy(finished / "results.h5", folder)
+    (tmp_path / "read.m").write_text(script, "utf-8")
+    done = subprocess.run(
+        [octave, "--no-gui", "--quiet", "read.m"], cwd=tmp_path, capture_output=True, encoding="utf-8", check=False
+    )
+    assert done.returncode == 0, done.stderr
+    (case, _) = json.loads((finished.parent / "done.json").read_text("utf-8"))["cases"]
+    mu, *rows = done.stdout.splitlines()
+    assert f"peak mu {case['peak_mu']:.4f}, verified 0" == mu
+    (outcome, _) = read_results(finished / "results.h5").outcomes
+    assert outcome.frequency is not None
+    assert len(rows) == 6
+    for row, at in zip(
+        rows, np.round(np.linspace(0, outcome.frequency.omega_rad_s.size - 1, 6)).astype(int), strict=True
+    ):
+        omega, gain, angle, largest = (float(number) for number in re.findall(r"-?\d[\d.e+-]*", row))
+        assert omega == pytest.approx(outcome.frequency.omega_rad_s[at], rel=1e-2)
+        assert gain == pytest.approx(abs(outcome.frequency.controller_a_per_m[at]), rel=1e-3)
+        assert largest == pytest.approx(np.abs(outcome.frequency.sensitivity[:, at]).max(), rel=1e-3)
+        assert np.exp(1j * np.radians(angle)) == pytest.approx(
+            outcome.frequency.controller_a_per_m[at] / abs(outcome.frequency.controller_a_per_m[at]), abs=2e-3
+        )
 
 
 def test_the_options_of_the_front_page_exist() -> None:

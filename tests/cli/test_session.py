@@ -17,8 +17,8 @@ import psutil
 import pytest
 
 from magbear_cli.cli.main import Terminated
-from magbear_cli.cli.planning import planned_cases
 from magbear_cli.errors import ResumableError
+from magbear_cli.library.planning import planned_cases
 from magbear_cli.spec import read_study
 from magbear_cli.store.lock import DirectoryLock
 from magbear_cli.store.results import read_results

@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from magbear_cli.cli.stored import StoredControllers
 from magbear_cli.errors import InputError, MagbearError
+from magbear_cli.library.stored import StoredControllers
 from magbear_cli.store.results import read_results
 
 LEAD = {"a": [[-2e4]], "b": [[1.0]], "c": [[1.5e11]], "d": [[-7.6e6]]}

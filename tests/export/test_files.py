@@ -33,7 +33,7 @@ def test_the_same_controller_gives_the_same_bytes(sampled: list[Handover], form:
 
 def test_json_is_a_stored_controller(sampled: list[Handover], tmp_path: Path) -> None:
     """The file can be the path of a study's ``stored`` controller, and holds the sampled one beside it."""
-    from magbear_cli.cli.stored import StoredControllers
+    from magbear_cli.library.stored import StoredControllers
 
     (path,) = write_export(sampled[0], "json", tmp_path)
     inputs = {"controller": {"method": "stored", "path": path.name, "case": None}}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from magbear_cli.cli.stored import StoredControllers
+from magbear_cli.library.stored import StoredControllers
 
 if TYPE_CHECKING:
     from magbear_cli.spec import Study
