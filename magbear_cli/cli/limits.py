@@ -13,6 +13,7 @@ from magbear_cli.errors import ExitCode, InputError
 if TYPE_CHECKING:
     from magbear_cli.cli.session import Request
     from magbear_cli.spec import Study
+    from magbear_cli.study.limit_curves import Comparison
     from magbear_cli.study.outcome import StudyResults
 
 DEFAULT_TOLERANCE = 0.01
@@ -33,13 +34,15 @@ DEFAULT_TOLERANCE = 0.01
     "--tol", type=click.FloatRange(1e-3, 0.5), help=f"Relative width of the brackets.  [default: {DEFAULT_TOLERANCE}]"
 )
 @click.option("--check", type=RESULTS, metavar="BASELINE", help="Compare with stored curves; exit 1 if one moved.")
+@click.option("--summary", type=RESULTS, metavar="FILE", help="Add what --check found to this file, in Markdown.")
 @running
-def limits(
+def limits(  # noqa: PLR0913, PLR0917 - click hands them over by name
     study: Path | None,
     masses: tuple[str, ...],
     over: tuple[str, ...],
     tol: float | None,
     check: Path | None,
+    summary: Path | None,
     overrides: tuple[str, ...],
     **request: Any,  # noqa: ANN401 - click hands them over by name
 ) -> int:
@@ -49,7 +52,8 @@ def limits(
     frequency; below it a checked certificate proves that no linear controller does. Without STUDY, for the thesis's
     thrust bearing. The study's own bandwidth limits, controllers and simulations do not matter here.
 
-    A BASELINE is what --json printed before. A curve has moved when one of its sides differs by more than --tol.
+    A BASELINE is what --json printed before. A curve has moved when one of its sides differs by more than --tol. Curves
+    of the baseline that were not asked for with --mass do not count.
 
     \b
     Example:  magbear limits --mass 3.0:3.5 --mass 3.0:4.5
@@ -57,7 +61,10 @@ def limits(
     """
     from magbear_cli.cli.session import Request, run_session
     from magbear_cli.spec import compile_limits, parse_mass, read_study, read_study_text
+    from magbear_cli.study.limit_curves import compare_curves
 
+    if summary is not None and check is None:
+        raise InputError("--summary tells what --check found: give --check BASELINE too")
     baseline = None if check is None else _baseline(check)
     base = None if study is None else read_study(study)
     text = compile_limits(
@@ -72,7 +79,11 @@ def limits(
     def present(results: StudyResults, results_path: Path, report: Path, request: Request) -> ExitCode:
         curves = _curves(compiled, results)
         _show(curves, results_path, report, as_json=request.as_json)
-        return ExitCode.DONE if check is None else _compared(curves, baseline, check, tol or DEFAULT_TOLERANCE)
+        if check is None:
+            return ExitCode.DONE
+        found = compare_curves(curves, baseline, tol or DEFAULT_TOLERANCE, is_part=bool(masses))
+        _tell(found, check, summary)
+        return ExitCode.DIFFERENCE if found.moved else ExitCode.DONE
 
     return run_session(compiled, Request(**request), present)
 
@@ -81,11 +92,11 @@ def _baseline(path: Path) -> object:
     """The document of a baseline, read before anything is computed."""
     import json
 
-    from magbear_cli.study.limit_curves import moved_curves
+    from magbear_cli.study.limit_curves import compare_curves
 
     try:
         document = json.loads(path.read_text("utf-8"))
-        moved_curves([], document, 0.0)
+        compare_curves([], document, 0.0)
     except OSError as error:
         raise InputError(f"--check {path}: it cannot be read: {error.strerror}") from error
     except (ValueError, RecursionError) as error:
@@ -122,12 +133,17 @@ def _show(curves: list[dict[str, Any]], results_path: Path, report: Path, *, as_
     put(f"report:  {report}")
 
 
-def _compared(curves: list[dict[str, Any]], baseline: object, path: Path, tolerance: float) -> ExitCode:
+def _tell(found: Comparison, path: Path, summary: Path | None) -> None:
+    """The differences on standard error, and all of the comparison at the end of the summary's file."""
     from magbear_cli.cli.output import tell
-    from magbear_cli.study.limit_curves import moved_curves
 
-    moved = moved_curves(curves, baseline, tolerance)
-    for text in moved:
+    for text in found.moved:
         tell(text)
-    tell(f"{path}: {len(moved) or 'no'} difference{'' if len(moved) == 1 else 's'} beyond {100.0 * tolerance:g} %")
-    return ExitCode.DIFFERENCE if moved else ExitCode.DONE
+    count = len(found.moved)
+    tell(f"{path}: {count or 'no'} difference{'' if count == 1 else 's'} beyond {100.0 * found.tolerance:g} %")
+    if summary is not None:
+        try:
+            with summary.open("a", encoding="utf-8") as file:
+                file.write(found.markdown(str(path)))
+        except OSError as error:
+            raise InputError(f"--summary {summary}: it cannot be written: {error.strerror}") from error

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from magbear_cli.errors import InputError
@@ -46,8 +47,48 @@ def curve_name(curve: Mapping[str, Any]) -> str:
     return ", ".join([f"{told} kg", *(f"{key} = {_spoken(value)}" for key, value in curve["over"].items())])
 
 
-def moved_curves(now: Sequence[Mapping[str, Any]], baseline: object, tolerance: float) -> list[str]:
-    """What moved against a baseline, a sentence each: a side by more than the tolerance, a proof or a curve lost.
+@dataclass(frozen=True)
+class Comparison:
+    """Limitation curves beside those of a baseline: a row each, and a sentence for whatever moved."""
+
+    rows: tuple[tuple[str, Mapping[str, Any] | None, Mapping[str, Any] | None, tuple[str, ...]], ...]
+    tolerance: float
+
+    @property
+    def moved(self) -> list[str]:
+        """What moved: the curve's name, and how."""
+        return [f"{name}: {text}" for name, _, _, texts in self.rows for text in texts]
+
+    def markdown(self, baseline: str) -> str:
+        """The comparison as a section of a page in Markdown: the verdict, then a table with what moved in bold."""
+        count = sum(bool(texts) for *_, texts in self.rows)
+        verdict = f"**{count} of {len(self.rows)} moved**" if count else f"all {len(self.rows)} where they were"
+        lines = [
+            "## Limitation curves", "",
+            f"Against `{baseline}`, within {100.0 * self.tolerance:g} %: {verdict}.", "",
+            "| curve | impossible up to (rad/s), before → now | met from (rad/s), before → now | |",
+            "| --- | --- | --- | --- |",
+        ]  # fmt: skip
+        for name, old, now, texts in self.rows:
+            sides = [
+                " → ".join(
+                    "–" if curve is None or curve[side] is None else f"{curve[side]:.1f}" for curve in (old, now)
+                )
+                for side in SIDES
+            ]
+            found = f"**{'; '.join(texts)}**" if texts else "as before"
+            lines.append(f"| {name} | {sides[0]} | {sides[1]} | {found} |")
+        return "\n".join([*lines, "", ""])
+
+
+def compare_curves(
+    now: Sequence[Mapping[str, Any]], baseline: object, tolerance: float, *, is_part: bool = False
+) -> Comparison:
+    """Curves against a baseline: a side has moved by more than the tolerance, or a proof or a curve is lost.
+
+    Parameters
+    ----------
+    is_part : whether only some curves of the baseline were asked for, so that none is missed
 
     Raises
     ------
@@ -55,17 +96,20 @@ def moved_curves(now: Sequence[Mapping[str, Any]], baseline: object, tolerance: 
         when the baseline does not hold curves.
     """
     known = {curve_name(curve): curve for curve in _curves_of(baseline)}
-    found = []
+    rows: list[tuple[str, Mapping[str, Any] | None, Mapping[str, Any] | None, tuple[str, ...]]] = []
     for curve in now:
         name = curve_name(curve)
         old = known.pop(name, None)
         if old is None:
-            found.append(f"{name}: not in the baseline")
+            rows.append((name, None, curve, ("not in the baseline",)))
             continue
-        found += [f"{name}: {text}" for side in SIDES if (text := _moved(side, old[side], curve[side], tolerance))]
+        texts = [text for side in SIDES if (text := _moved(side, old[side], curve[side], tolerance))]
         if old["verified"] and not curve["verified"]:
-            found.append(f"{name}: the controller is no longer verified")
-    return found + [f"{name}: in the baseline only" for name in known]
+            texts.append("the controller is no longer verified")
+        rows.append((name, old, curve, tuple(texts)))
+    if not is_part:
+        rows += [(name, old, None, ("in the baseline only",)) for name, old in known.items()]
+    return Comparison(tuple(rows), tolerance)
 
 
 def _moved(side: str, before: float | None, now: float | None, tolerance: float) -> str:

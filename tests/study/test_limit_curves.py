@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from magbear_cli.errors import InputError
-from magbear_cli.study.limit_curves import curve_line, curve_name, moved_curves
+from magbear_cli.study.limit_curves import compare_curves, curve_line, curve_name
 
 
 def curve(low: float | None = 5000.0, high: float | None = 5050.0, **other: object) -> dict[str, Any]:
@@ -21,7 +21,7 @@ def curve(low: float | None = 5000.0, high: float | None = 5050.0, **other: obje
 
 def test_what_stays_within_the_tolerance_has_not_moved() -> None:
     """One per cent up or down is nothing at a tolerance of one per cent."""
-    assert moved_curves([curve(4960.0, 5090.0)], {"curves": [curve()]}, 0.01) == []
+    assert compare_curves([curve(4960.0, 5090.0)], {"curves": [curve()]}, 0.01).moved == []
 
 
 @pytest.mark.parametrize(
@@ -37,13 +37,13 @@ def test_what_stays_within_the_tolerance_has_not_moved() -> None:
 )
 def test_what_moved_is_told(now: dict[str, Any], says: str) -> None:
     """A side, a proof or a curve that is not where it was has its sentence."""
-    told = moved_curves([now], {"curves": [curve()]}, 0.01)
+    told = compare_curves([now], {"curves": [curve()]}, 0.01).moved
     assert any(says in text for text in told), told
 
 
 def test_a_curve_that_is_gone_is_told() -> None:
     """What only the baseline has counts as a difference."""
-    assert moved_curves([], {"curves": [curve()]}, 0.01) == ["3-4.5 kg: in the baseline only"]
+    assert compare_curves([], {"curves": [curve()]}, 0.01).moved == ["3-4.5 kg: in the baseline only"]
 
 
 @pytest.mark.parametrize(
@@ -63,7 +63,7 @@ def test_a_curve_that_is_gone_is_told() -> None:
 def test_what_is_no_baseline_is_refused(document: object) -> None:
     """A document of another shape is a mistake of the user, not a difference."""
     with pytest.raises(InputError, match="curves"):
-        moved_curves([], document, 0.01)
+        compare_curves([], document, 0.01)
 
 
 def test_a_bracket_is_one_sentence() -> None:
@@ -75,3 +75,15 @@ def test_a_bracket_is_one_sentence() -> None:
         curve_line(curve(None, None, sentence="too hard")) == "3-4.5 kg: no proof of impossibility, not met (too hard)"
     )
     assert curve_name(curve(over={"a.b": 0.5})) == "3-4.5 kg, a.b = 0.5"
+
+
+def test_a_part_of_the_baseline_may_be_asked_for() -> None:
+    """Curves that were not asked for are not missed, and the page says of each row what became of it."""
+    baseline = {"curves": [curve(), {**curve(), "mass_kg": 3.0}]}
+    found = compare_curves([curve(4960.0, 5300.0)], baseline, 0.01, is_part=True)
+    assert len(found.moved) == 1
+    page = found.markdown("base.json")
+    assert "**1 of 1 moved**" in page
+    assert "| 3-4.5 kg |" in page
+    assert "3 kg" in compare_curves([curve(4960.0, 5090.0)], baseline, 0.01).markdown("base.json")
+    assert "all 1 where they were" in compare_curves([curve()], baseline, 0.01, is_part=True).markdown("base.json")
