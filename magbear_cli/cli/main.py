@@ -19,8 +19,8 @@ from magbear_cli.cli.output import settle_streams, silence, tell
 from magbear_cli.errors import ExitCode, MagbearError
 
 COMMANDS = (
-    "run", "sweep", "limits", "reproduce", "merge", "status", "slurm", "check", "plan", "new", "schema", "show",
-    "report", "export", "compare", "verify", "doctor",
+    "run", "sweep", "limits", "reproduce", "merge", "status", "slurm", "check", "plan", "new", "schema",
+    "explain", "show", "report", "export", "compare", "verify", "doctor",
 )  # fmt: skip
 
 
