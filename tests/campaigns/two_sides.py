@@ -16,7 +16,7 @@ import time
 from dataclasses import dataclass, replace
 
 import numpy as np
-from optimality import draw_sample # a neighbour, as both are run as scripts
+from optimality import draw_sample  # a neighbour, as both are run as scripts
 
 from magbear_cli.errors import MagbearError
 from magbear_cli.lti.state_space import StateSpace
