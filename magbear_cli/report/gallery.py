@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
+from magbear_cli.report.control_sensitivity_figure import control_sensitivity_drawing
 from magbear_cli.report.controller_gain_figure import controller_gain_drawings
 from magbear_cli.report.drawing import Drawing
 from magbear_cli.report.least_current_figure import least_current_drawing
 from magbear_cli.report.limitation_figure import limitation_drawing
 from magbear_cli.report.limits_figure import limits_drawing
 from magbear_cli.report.mu_figure import mu_drawing
+from magbear_cli.report.nyquist_figure import nyquist_drawing
 from magbear_cli.report.orders_figure import orders_drawing
 from magbear_cli.report.poles_figure import poles_drawing
 from magbear_cli.report.selection import drawn, shown, shown_sweep
@@ -19,7 +21,7 @@ from magbear_cli.report.step_figure import step_drawings
 from magbear_cli.report.trade_off_figure import trade_off_drawings
 from magbear_cli.study.outcome import CaseOutcome, StudyResults
 
-ALWAYS = ("mu", "sensitivity", "controller_gain", "step")  # of a study that asks for none by name
+ALWAYS = ("mu", "sensitivity", "nyquist", "poles", "controller_gain", "step")  # of a study that asks for none by name
 
 CaseDrawings = Callable[[CaseOutcome, tuple[CaseOutcome, ...], Labels], list[Drawing]]
 
@@ -32,9 +34,17 @@ def _one(draw: Callable[[CaseOutcome, tuple[CaseOutcome, ...], Labels], Drawing 
     return drawings
 
 
+def _each(*draws: Callable[[CaseOutcome, tuple[CaseOutcome, ...], Labels], Drawing | None]) -> CaseDrawings:
+    def drawings(outcome: CaseOutcome, outcomes: tuple[CaseOutcome, ...], labels: Labels) -> list[Drawing]:
+        return [drawing for draw in draws for drawing in _one(draw)(outcome, outcomes, labels)]
+
+    return drawings
+
+
 PER_CASE: dict[str, CaseDrawings] = {
     "mu": _one(mu_drawing),
-    "sensitivity": _one(sensitivity_drawing),
+    "sensitivity": _each(sensitivity_drawing, control_sensitivity_drawing),
+    "nyquist": _one(nyquist_drawing),
     "poles": _one(poles_drawing),
     "step": step_drawings,
 }

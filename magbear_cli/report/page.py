@@ -72,6 +72,7 @@ def render_page(results: StudyResults, labels: Labels, plates: Plates) -> str:
     return page_template("page.html.j2").render(
         name=results.name,
         style=Markup(resource("page.css")),  # noqa: S704 - a file of this package
+        script=Markup(resource("page.js")),  # noqa: S704 - a file of this package
         headline=headline(whole.outcomes),
         remarks=[*remarks(whole, labels), *omissions(len(whole.outcomes), has_case_figures=bool(own))],
         letters=plates.letters,

@@ -94,6 +94,8 @@ def _drawing(steps: Sequence[StepOutcome], outcome: CaseOutcome, labels: Labels,
     shown = [step for text in texts for step in columns[text]]
     gap_m = float(outcome.inputs.get("bearing", {}).get("air_gap_m", np.inf))
     _set_heights(grid, shown, views, gap_m * MICROMETRES)
+    if np.isfinite(gap_m) and not any(step.touched_down for step in shown):
+        note(grid[0][-1], _gap_text(shown, gap_m), "lower right")
     _legend(figure, grid[0][0], steps)
     return Drawing(
         name=name,
@@ -239,6 +241,12 @@ def _draw_stator(axes: Axes, gap_um: float) -> None:
                 fontsize=7.5,
                 bbox=PAPER,
             )
+
+
+def _gap_text(steps: Sequence[StepOutcome], gap_m: float) -> str:
+    """How much of the air gap is used."""
+    used = max(_size(step.position_m) for step in steps) / gap_m
+    return f"at most {significant(100.0 * used, 2)} % of the air gap of {shortest(gap_m * MICROMETRES)} µm"
 
 
 def _range(curves: Sequence[Floats]) -> tuple[float, float]:

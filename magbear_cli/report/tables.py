@@ -19,7 +19,7 @@ from magbear_cli.report.numbers import (
 from magbear_cli.report.series import Labels, file_stem, mass_ends_kg
 from magbear_cli.report.step_figure import prefilter_text, step_text
 from magbear_cli.report.verdict import STATUS_MARKS, STATUS_WORDS
-from magbear_cli.study.outcome import CaseOutcome, StepOutcome, StudyResults
+from magbear_cli.study.outcome import CaseOutcome, StepOutcome, StudyResults, Summary
 from magbear_cli.study.summary import repro_line
 
 STUDY_FILE = "study.yaml"
@@ -135,7 +135,6 @@ def _case_cells(outcome: CaseOutcome) -> tuple[str, ...]:
     mu = MISSING
     if summary.peak_mu is not None:
         mu = f"[{significant(summary.peak_mu_lower)}, {significant(summary.peak_mu)}]"
-    zone = "" if summary.iso_zone is None else f" · {summary.iso_zone}"
     return (
         mass_text(outcome.mass_kg).removesuffix(" kg"),
         _limit_text(outcome),
@@ -147,7 +146,7 @@ def _case_cells(outcome: CaseOutcome) -> tuple[str, ...]:
         _scaled(summary.peak_ks_a_per_m, _PER_MICROMETRE),
         _margin(summary.gain_margin_low, summary.gain_margin_high),
         significant(summary.phase_margin_deg),
-        MISSING if summary.peak_sensitivity is None else f"{significant(summary.peak_sensitivity)}{zone}",
+        _peak_and_zone(summary),
     )
 
 
@@ -157,6 +156,12 @@ def _limit_text(outcome: CaseOutcome) -> str:
     if low is not None or high is not None:
         return f"{significant(low, 4)} … {significant(high, 4)}"
     return "none" if outcome.omega_c_rad_s is None else shortest(outcome.omega_c_rad_s)
+
+
+def _peak_and_zone(summary: Summary) -> str:
+    if summary.peak_sensitivity is None:
+        return MISSING
+    return f"{significant(summary.peak_sensitivity)}{'' if summary.iso_zone is None else f' · {summary.iso_zone}'}"
 
 
 def _margin(low: float | None, high: float | None) -> str:
@@ -224,7 +229,10 @@ def case_figures(outcome: CaseOutcome) -> list[tuple[str, str]]:
         ("worst mass", _unit(summary.worst_mass_kg, "kg")),
         ("worst frequency", _unit(summary.worst_omega_rad_s, "rad/s")),
         ("flatness of µ, 10 … 10⁵ rad/s", significant(summary.mu_flatness, 2)),
+        ("gain margin, factors", _margin(summary.gain_margin_low, summary.gain_margin_high)),
+        ("phase margin", _unit(summary.phase_margin_deg, "deg")),
         ("disk margin", significant(summary.disk_margin)),
+        ("peak |S|, with its zone of ISO 14839-3", _peak_and_zone(summary)),
         ("largest real part of a pole", _unit(summary.max_pole_real_rad_s, "rad/s")),
     ]
     return [(name, text) for name, text in pairs if text != MISSING]

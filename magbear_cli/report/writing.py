@@ -18,7 +18,7 @@ from magbear_cli.study.outcome import StudyResults
 PAGE = "index.html"
 FOLDERS = ("figures", "tables")
 _OURS = re.compile(
-    r"(mu|sensitivity|controller_gain|step|poles|limitation|limits|least_current|orders|trade_off|cases|fig_\d_\d+)([-_][A-Za-z0-9_]+)*\.(svg|png|pdf|csv)"
+    r"(mu|sensitivity|control_sensitivity|nyquist|controller_gain|step|poles|limitation|limits|least_current|orders|trade_off|cases|fig_\d_\d+)([-_][A-Za-z0-9_]+)*\.(svg|png|pdf|csv)"
 )
 
 

@@ -15,9 +15,11 @@ from magbear_cli.spec.weights import WEIGHT_FORMS, Performance
 
 SMALLEST_KG, LARGEST_KG = 1e-6, 1e6
 SMALLEST_FACTOR, LARGEST_FACTOR = 1e-2, 1e2
-FIGURES = ("mu", "sensitivity", "controller_gain", "step", "poles", "limitation", "limits", "orders")
-Figure = Literal["mu", "sensitivity", "controller_gain", "step", "poles", "limitation", "limits", "orders"]
-USUAL_FIGURES: list[Figure] = ["mu", "sensitivity", "controller_gain", "step"]
+FIGURES = ("mu", "sensitivity", "nyquist", "controller_gain", "step", "poles", "limitation", "limits", "orders")
+Figure = Literal[
+    "mu", "sensitivity", "nyquist", "controller_gain", "step", "poles", "limitation", "limits", "orders"
+]  # fmt: skip
+USUAL_FIGURES: list[Figure] = ["mu", "sensitivity", "nyquist", "poles", "controller_gain", "step"]
 
 
 class Bearing(Section):

@@ -190,7 +190,7 @@ def mixed_study(make_case: Callable[..., CaseOutcome]) -> StudyResults:
         make_case(2, omega_c_rad_s=9000.0, status=Status.NOT_ACHIEVED, sentence=sought, steps=False),
         make_case(3, omega_c_rad_s=4000.0, status=Status.INFEASIBLE, sentence=proof, curves=False),
         make_case(4, omega_c_rad_s=5000.0, status=Status.CRASHED, sentence="the worker was killed", curves=False),
-        figures=("mu", "sensitivity", "controller_gain", "step", "poles", "limitation"),
+        figures=("mu", "sensitivity", "nyquist", "controller_gain", "step", "poles", "limitation"),
     )
 
 

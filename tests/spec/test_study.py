@@ -270,7 +270,7 @@ def test_report_and_run_have_defaults_and_are_not_part_of_a_case(base: str) -> N
     plain, full = read_study_text(text, "text"), read_study_text(base.replace("300", "20"), "text")
     assert plain.run == RunLimits(300.0, 4.0)
     assert full.run == RunLimits(20.0, 4.0)
-    assert plain.report == {"figures": ["mu", "sensitivity", "controller_gain", "step"]}
+    assert plain.report == {"figures": ["mu", "sensitivity", "nyquist", "poles", "controller_gain", "step"]}
     assert full.report == {"figures": ["mu", "step"]}
     assert list(plain.cases()) == list(full.cases())
 

@@ -1,0 +1,78 @@
+"""K S of the masses: what current a position disturbance, or noise of the sensor, asks for."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from magbear_cli.report.canvas import decibel, frequency_axis, new_figure, panels, pen, point_label
+from magbear_cli.report.drawing import Drawing, stacked
+from magbear_cli.report.numbers import kilograms, significant
+from magbear_cli.report.series import Labels, file_stem, frequency_view
+from magbear_cli.report.thinning import thinned
+from magbear_cli.study.outcome import CaseOutcome, FrequencyStudy
+
+_PER_MICROMETRE = 1e-6
+
+
+def control_sensitivity_drawing(
+    outcome: CaseOutcome, outcomes: tuple[CaseOutcome, ...], labels: Labels
+) -> Drawing | None:
+    """|K S| and its phase for the masses of one case; None when it has no curves."""
+    study = outcome.frequency
+    if study is None or not study.omega_rad_s.size:
+        return None
+    size = np.abs(study.control_sensitivity_a_per_m)
+    if not (np.isfinite(size) & (size > 0.0)).any():
+        return None
+    figure = new_figure(3.9)
+    grid = panels(figure, 1, rows=2, hertz=True, above=-0.17)
+    view = frequency_view(study)
+    shown = (study.omega_rad_s >= view[0]) & (study.omega_rad_s <= view[1])
+    omega = study.omega_rad_s[shown]
+    upper, lower = grid[0][0], grid[1][0]
+    for index, (mass, row) in enumerate(zip(study.masses_kg, study.control_sensitivity_a_per_m[:, shown], strict=True)):
+        style = pen(index)
+        for axes, curve in ((upper, decibel(np.abs(row))), (lower, np.degrees(np.unwrap(np.angle(-row))))):
+            kept = thinned(np.log10(omega), curve) if omega.size else np.arange(0)
+            axes.plot(
+                omega[kept],
+                curve[kept],
+                color=style.color,
+                linestyle=style.linestyle,
+                label=f"{kilograms(float(mass))} kg",
+            )
+    frequency_axis(upper, view, label=False)
+    frequency_axis(lower, view, hertz=False)
+    upper.set_ylabel("|K S| (dB re 1 A/m)")
+    lower.set_ylabel("phase of −K S (deg)")
+    lower.legend(loc="upper right")
+    row, column = np.unravel_index(int(np.nanargmax(np.where(np.isfinite(size), size, -1.0))), size.shape)
+    peak, mass = float(size[row, column]), kilograms(float(study.masses_kg[row]))
+    if view[0] <= study.omega_rad_s[column] <= view[1]:
+        at = (float(study.omega_rad_s[column]), float(decibel(size[row, column : column + 1])[0]))
+        point_label(upper, at, f"largest {significant(peak * _PER_MICROMETRE)} A/µm, at {mass} kg", below=True)
+    return Drawing(
+        name=f"control_sensitivity-{file_stem(outcome, outcomes)}",
+        title="Control sensitivity: current for a disturbance of the position",
+        caption="K S from the disturbance of the measured position to the control current: magnitude in dB re 1 A/m "
+        "(120 dB is 1 A/µm) and the phase of −K S.",
+        alt=f"Magnitude and phase of K S for {labels.case(outcome)}: the largest magnitude is "
+        f"{significant(peak * _PER_MICROMETRE)} A per micrometre, at {mass} kg.",
+        figure=figure,
+        columns=_columns(study),
+        case_id=outcome.case_id,
+    )
+
+
+def _columns(study: FrequencyStudy) -> dict[str, list[object]]:
+    return stacked(
+        [
+            {
+                "mass_kg": [float(mass)] * row.size,
+                "omega_rad_s": study.omega_rad_s.tolist(),
+                "abs_ks_a_per_m": np.abs(row).tolist(),
+                "phase_of_minus_ks_deg": np.degrees(np.angle(-row)).tolist(),
+            }
+            for mass, row in zip(study.masses_kg, study.control_sensitivity_a_per_m, strict=True)
+        ]
+    )
