@@ -9,7 +9,7 @@ from magbear_cli.report.drawing import Drawing, stacked
 from magbear_cli.report.numbers import kilograms, significant
 from magbear_cli.report.series import Labels, file_stem, frequency_view
 from magbear_cli.report.thinning import thinned
-from magbear_cli.study.outcome import CaseOutcome, FrequencyStudy
+from magbear_cli.study.outcome import CaseOutcome, Complexes, Floats, FrequencyStudy
 
 _PER_MICROMETRE = 1e-6
 
@@ -30,9 +30,10 @@ def control_sensitivity_drawing(
     shown = (study.omega_rad_s >= view[0]) & (study.omega_rad_s <= view[1])
     omega = study.omega_rad_s[shown]
     upper, lower = grid[0][0], grid[1][0]
-    for index, (mass, row) in enumerate(zip(study.masses_kg, study.control_sensitivity_a_per_m[:, shown], strict=True)):
+    for index, (mass, row) in enumerate(zip(study.masses_kg, study.control_sensitivity_a_per_m, strict=True)):
         style = pen(index)
-        for axes, curve in ((upper, decibel(np.abs(row))), (lower, np.degrees(np.unwrap(np.angle(-row))))):
+        for axes, whole in ((upper, decibel(np.abs(row))), (lower, _phase_deg(row))):
+            curve = whole[shown]
             kept = thinned(np.log10(omega), curve) if omega.size else np.arange(0)
             axes.plot(
                 omega[kept],
@@ -64,6 +65,12 @@ def control_sensitivity_drawing(
     )
 
 
+def _phase_deg(row: Complexes) -> Floats:
+    """The phase of −K S over frequency, without jumps where there are numbers throughout."""
+    phase = np.angle(-row)
+    return np.degrees(np.unwrap(phase) if np.isfinite(phase).all() else phase)
+
+
 def _columns(study: FrequencyStudy) -> dict[str, list[object]]:
     return stacked(
         [
@@ -71,7 +78,7 @@ def _columns(study: FrequencyStudy) -> dict[str, list[object]]:
                 "mass_kg": [float(mass)] * row.size,
                 "omega_rad_s": study.omega_rad_s.tolist(),
                 "abs_ks_a_per_m": np.abs(row).tolist(),
-                "phase_of_minus_ks_deg": np.degrees(np.angle(-row)).tolist(),
+                "phase_of_minus_ks_deg": _phase_deg(row).tolist(),
             }
             for mass, row in zip(study.masses_kg, study.control_sensitivity_a_per_m, strict=True)
         ]

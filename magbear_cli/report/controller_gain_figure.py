@@ -137,6 +137,8 @@ def _columns(group: Sequence[CaseOutcome], names: Sequence[str]) -> dict[str, li
                 "omega_rad_s": study.omega_rad_s.tolist(),
                 "real_a_per_m": study.controller_a_per_m.real.tolist(),
                 "imag_a_per_m": study.controller_a_per_m.imag.tolist(),
+                "abs_a_per_m": np.abs(study.controller_a_per_m).tolist(),
+                "phase_of_minus_k_deg": _phase_deg(study).tolist(),
             }
         )
     return stacked(tables)
