@@ -1,0 +1,118 @@
+"""A sweep of many cases: the runner beside the kernels alone and beside joblib over the same function.
+
+A hundred cases stand for the two thousand of the row, so that the start of the workers and the end of the run (one
+results file and the report) weigh twenty times as much as they would. Each case is an H-infinity design with judgement
+and proof, some 0.2 s. The runner stores every case safely as it ends; joblib and the bare loop keep answers in memory.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from magbear_cli.spec import read_study_text
+from magbear_cli.study.pipeline import run_case
+from tests.benchmarks.measuring import Goal, Prepared, Row, Side
+
+KERNELS, ONE, TWO, JOBLIB = "the kernels alone", "magbear run, 1 worker", "magbear run, 2 workers", "joblib, 2 workers"
+CASES, OF = 100, 2000
+STUDY = """\
+magbear: 1
+name: benchmark
+bearing: thesis_thrust
+mass_kg: [3.0, 4.5]
+performance: {dc_gain: 10, corner_rad_s: 200}
+bandwidth: {omega_c_rad_s: 20000}
+controller: {method: hinf}
+sweep: {bandwidth.omega_c_rad_s: OMEGAS}
+report: {figures: [mu]}
+"""
+
+
+def _prepare(tiny: bool) -> Prepared:  # noqa: FBT001 - the row's switch
+    count = 3 if tiny else CASES
+    text = STUDY.replace("OMEGAS", json.dumps(np.geomspace(8000.0, 30000.0, count).tolist()))
+    cases = [dict(case) for case in read_study_text(text, "the benchmark").cases()]
+    folder = Path(tempfile.mkdtemp(prefix="magbear-benchmark-"))
+    study = folder / "study.yaml"
+    study.write_text(text, "utf-8")
+    share = count / OF
+
+    def alone() -> list[float]:
+        return [_level(case) for case in cases]
+
+    def by_joblib() -> list[float]:
+        from joblib import Parallel, delayed
+
+        return list(Parallel(n_jobs=2)(delayed(_level)(case) for case in cases))
+
+    def runner(workers: int) -> list[float]:
+        output = folder / "out"
+        shutil.rmtree(output, ignore_errors=True)
+        command = [
+            sys.executable,
+            "-m",
+            "magbear_cli",
+            "run",
+            str(study),
+            "-o",
+            str(output),
+            "-j",
+            str(workers),
+            "--json",
+        ]
+        done = subprocess.run(command, capture_output=True, text=True, check=True, env=dict(os.environ))
+        return [case["level"] for case in json.loads(done.stdout)["cases"]]
+
+    def errors(answers: Mapping[str, Any]) -> Mapping[str, Mapping[str, float]]:
+        shutil.rmtree(folder, ignore_errors=True)
+        exact = np.array(answers[KERNELS])
+        return {
+            name: {"largest difference from the kernels alone": float(np.abs(np.array(answer) / exact - 1.0).max())}
+            for name, answer in answers.items()
+            if name != KERNELS
+        }
+
+    def floor(seconds: Mapping[str, float]) -> str:
+        each = {name: 1e3 * value / OF for name, value in seconds.items()}
+        return (
+            f"a case costs {each[KERNELS]:.0f} ms in its kernels and {each[ONE]:.0f} ms with the runner and a share of "
+            f"its start and end; two workers can halve it at best, to {each[KERNELS] / 2:.0f} ms, and take "
+            f"{each[TWO]:.0f} ms"
+        )
+
+    sides = [
+        Side(KERNELS, alone, share, warm_up=lambda: _level(cases[0])),
+        Side(ONE, lambda: runner(1), share, warm_up=_nothing),
+        Side(TWO, lambda: runner(2), share, warm_up=_nothing),
+    ]
+    if not tiny:
+        sides.append(Side(JOBLIB, by_joblib, share, warm_up=_nothing))
+    return Prepared(sides, errors, floor)
+
+
+def _nothing() -> None:
+    """No warm-up: a process starts anew each time."""
+
+
+def _level(case: Mapping[str, Any]) -> float:
+    """The whole of a case, and its level for an answer."""
+    return float(run_case(case, "benchmark", 0).summary.level or np.nan)
+
+
+ROW = Row(
+    "sweep",
+    "a sweep: overhead beside the kernels",
+    [Goal(ONE, KERNELS, 1.1, at_most=True), Goal(TWO, ONE, 1.85), Goal(TWO, JOBLIB, 1.1, at_most=True)],
+    _prepare,
+    needs=("joblib",),
+)
