@@ -11,7 +11,7 @@ from magbear_cli.lti.modal import ModalForm, modal_form
 from magbear_cli.lti.state_space import StateSpace
 
 TRUSTED = 1e-8  # of each entry, as estimated; the error is some ten times smaller, and not larger than that of solving
-MANY = 150  # frequencies (and two a state more) from which on the modes cost less than solving
+MANY = 40_000  # frequencies times the square of the states, from which on the modes cost less than solving
 ENTRIES_AT_ONCE = 2_000_000  # complex numbers held while eliminating: 32 MB
 
 
@@ -34,9 +34,9 @@ def frequency_response(system: StateSpace, omega_rad_s: ArrayLike) -> NDArray[np
 
     Notes
     -----
-    A is balanced. For many frequencies the sum of first-order terms of ``modal`` is taken wherever its own estimate of
-    its error is below ``TRUSTED``; for few, and at the other frequencies, jω I − A is solved with row exchanges. A
-    reduction to Hessenberg form costs less than solving, but its reflections mix states of different size: on a loop
+    For many states and frequencies the sum of first-order terms of ``modal`` is taken wherever its own estimate of its
+    error is below ``TRUSTED``; for few, and at the other frequencies, A is balanced and jω I − A solved with row
+    exchanges. A reduction to Hessenberg form costs less than solving, but its reflections mix states of different size: on a loop
     whose states nearly cancel, a single rounding error in A has been seen to make such a response wrong in its first
     digit.
     """
@@ -47,12 +47,11 @@ def frequency_response(system: StateSpace, omega_rad_s: ArrayLike) -> NDArray[np
     finite = np.flatnonzero(np.isfinite(omega))
     if system.order == 0 or finite.size == 0:
         return response
-    balanced = with_balanced_states(system)
-    modes = modal_form(balanced) if finite.size >= MANY + 2 * system.order else None
+    modes = modal_form(system) if finite.size * system.order**2 >= MANY else None
     chunk = max(1, ENTRIES_AT_ONCE // (system.order * (system.order + system.inputs)))
     for start in range(0, finite.size, chunk):
         index = finite[start : start + chunk]
-        response[index] += _dynamic_part(balanced, modes, omega[index])
+        response[index] += _dynamic_part(system, modes, omega[index])
     response[~np.isfinite(response)] = np.inf
     return response
 
@@ -60,12 +59,18 @@ def frequency_response(system: StateSpace, omega_rad_s: ArrayLike) -> NDArray[np
 def _dynamic_part(system: StateSpace, modes: ModalForm | None, omega: NDArray[np.float64]) -> NDArray[np.complex128]:
     """C (jω I − A)⁻¹ B, (w, p, m): of the modes where they are trusted, by solving elsewhere."""
     if modes is None:
-        return np.asarray(system.c @ _states(system, omega))
+        return _solved(system, omega)
     response, error = modes.response(omega)
     open_rows = np.flatnonzero(~(error <= TRUSTED * np.abs(response).min(axis=(1, 2))))
     if open_rows.size:
-        response[open_rows] = system.c @ _states(system, omega[open_rows])
+        response[open_rows] = _solved(system, omega[open_rows])
     return response
+
+
+def _solved(system: StateSpace, omega: NDArray[np.float64]) -> NDArray[np.complex128]:
+    """C (jω I − A)⁻¹ B, (w, p, m), with the states balanced before."""
+    balanced = with_balanced_states(system)
+    return np.asarray(balanced.c @ _states(balanced, omega))
 
 
 def _states(system: StateSpace, omega: NDArray[np.float64]) -> NDArray[np.complex128]:

@@ -19,11 +19,13 @@ from magbear_cli.lti.state_space import StateSpace
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 Matrix = Floats | Complexes
+Parts = tuple[Matrix, Matrix, Matrix]
 
 ROUNDING = float(np.finfo(float).eps)
 OPERATIONS = 8.0  # roundings of a term: two differences, inverse, two products, and its share of the sum
 WORST_CONDITION = 1e7  # of V: beyond it so few steps of Newton's method are not enough
 NEWTON_STEPS = 2  # from eigenvectors with half of their digits right, as LAPACK gives them for poles over many decades
+AT_ONCE = 400  # frequencies: their terms stay in the cache
 LEADING_BITS = 22  # of a factor: the products of two leading parts and a sum of 256 of them are exact
 
 
@@ -44,30 +46,40 @@ class ModalForm:
         """
         residues = self.outputs.T[:, :, None] * self.inputs[:, None, :]  # (n, p, m)
         into, out_of = np.abs(self.inputs).max(axis=1), np.abs(self.outputs).max(axis=0)
-        with np.errstate(all="ignore"):
-            lag = 1.0 / ((1j * omega_rad_s[:, None] - self.poles_rad_s) - self.poles_rest_rad_s)
-            response = (lag @ residues.reshape(into.size, -1)).reshape(-1, *residues.shape[1:])
-            nearness = np.abs(lag)
-            rounded = OPERATIONS * ROUNDING * (nearness @ (into * out_of))
-            error = rounded + ((nearness @ (out_of[:, None] * self.defect * into)) * nearness).sum(axis=1)
+        row, column = _majorant(self.defect)
+        weights = np.stack([into * out_of, out_of * row, column * into], axis=1)
+        response, error = np.empty((omega_rad_s.size, *residues.shape[1:]), dtype=complex), np.empty(omega_rad_s.size)
+        for start in range(0, omega_rad_s.size, AT_ONCE):
+            part = slice(start, start + AT_ONCE)
+            with np.errstate(all="ignore"):
+                lag = 1.0 / ((1j * omega_rad_s[part, None] - self.poles_rad_s) - self.poles_rest_rad_s)
+                response[part] = (lag @ residues.reshape(into.size, -1)).reshape(-1, *residues.shape[1:])
+                terms, left, right = (np.abs(lag) @ weights).T
+                error[part] = OPERATIONS * ROUNDING * terms + left * right
         return response, np.where(np.isfinite(error), error, np.inf)
+
+
+def _majorant(matrix: Floats) -> tuple[Floats, Floats]:
+    """Vectors r and c with r_i c_j ≥ matrix_ij ≥ 0."""
+    column = matrix.max(axis=0)
+    return (matrix / np.where(column > 0.0, column, 1.0)).max(axis=1), column
 
 
 def modal_form(system: StateSpace) -> ModalForm | None:
     """The modal form of a system with n ≥ 1 states; None where V is too ill conditioned for it."""
     poles, v = np.linalg.eig(system.a)
     try:
-        inverse = np.linalg.inv(v)
+        x = np.linalg.inv(v)
     except np.linalg.LinAlgError:
-        return None
-    if not np.linalg.norm(v) * np.linalg.norm(inverse) < WORST_CONDITION:  # not when it is no number either
         return None
     unit = np.exp2(np.round(np.log2(np.abs(v).max(axis=1))))  # of each state: its largest share in a mode
     a, b, c, v = system.a * unit / unit[:, None], system.b / unit[:, None], system.c * unit, v / unit[:, None]
-    x = inverse * unit
-    identity, nothing = np.eye(poles.size), np.zeros_like(a)
+    x = x * unit
+    if not np.linalg.norm(v) * np.linalg.norm(x) < WORST_CONDITION:  # not when it is no number either
+        return None
+    identity, zero = np.eye(poles.size), np.zeros(1)
     distance = poles[None, :] - poles[:, None] + np.diag(np.full(poles.size, np.inf))
-    residual = first = accurate_difference((a, v), (v, np.diag(poles)))  # A V − V Λ
+    residual = first = accurate_difference(accurate_product(a, v), accurate_product(v, np.diag(poles)))  # A V − V Λ
     turn, poles_rest = np.zeros_like(v), np.zeros_like(poles)
     for _ in range(NEWTON_STEPS):  # the eigenvectors are V + V turn
         defect = x @ residual
@@ -76,11 +88,10 @@ def modal_form(system: StateSpace) -> ModalForm | None:
             turn = turn + defect / distance
         v_rest = v @ turn
         residual = first + (a @ v_rest - v_rest * poles) - (v + v_rest) * poles_rest
-    missing = accurate_difference((identity, identity), (x, v))  # I − X V
+    missing = accurate_difference((identity, zero, zero), accurate_product(x, v))  # I − X V
     if not (np.isfinite(turn).all() and np.isfinite(missing).all()):
         return None
-    inputs = accurate_difference((x, b), (nothing, b))
-    outputs = accurate_difference((c, v), (c, nothing))
+    inputs, outputs = sum(accurate_product(x, b)), sum(accurate_product(c, v))
     return ModalForm(
         poles.astype(complex),
         poles_rest.astype(complex),
@@ -90,24 +101,23 @@ def modal_form(system: StateSpace) -> ModalForm | None:
     )
 
 
-def accurate_difference(first: tuple[Matrix, Matrix], second: tuple[Matrix, Matrix]) -> Matrix:
-    """A B − F G for pairs (A, B) and (F, G), as if computed in three times the precision and then rounded.
+def accurate_product(a: Matrix, b: Matrix) -> Parts:
+    """A B to three times the precision, as the sum of an exact matrix, a smaller exact one and a small one.
 
     Each factor is split into two leading parts and a rest, so that the products of leading parts are exact (Ozaki,
     Ogita, Oishi and Rump 2012).
     """
-    (exact, less, least), (other, other_less, other_least) = _product(*first), _product(*second)
-    cancelled: Matrix = (exact - other) + (less - other_less)  # without rounding where the products nearly agree
-    return cancelled + (least - other_least)
-
-
-def _product(a: Matrix, b: Matrix) -> tuple[Matrix, Matrix, Matrix]:
-    """A B as the sum of an exact number, a smaller exact number and a small one."""
     a_first, b_first = _leading(a, axis=1), _leading(b, axis=0)
     a_rest, b_rest = a - a_first, b - b_first
     a_second, b_second = _leading(a_rest, axis=1), _leading(b_rest, axis=0)
     small = a_first @ (b_rest - b_second) + a_second @ b_rest + (a_rest - a_second) @ b
     return a_first @ b_first, a_first @ b_second + a_second @ b_first, small
+
+
+def accurate_difference(first: Parts, second: Parts) -> Matrix:
+    """The difference of two matrices in parts, rounded at the end alone."""
+    cancelled: Matrix = (first[0] - second[0]) + (first[1] - second[1])  # exact where the two nearly agree
+    return cancelled + (first[2] - second[2])
 
 
 def _leading(matrix: Matrix, axis: int) -> Matrix:

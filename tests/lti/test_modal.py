@@ -13,7 +13,7 @@ from magbear_cli.lti.balancing import with_balanced_states
 from magbear_cli.lti.connection import series
 from magbear_cli.lti.conversion import from_transfer_function, from_zeros_poles_gain
 from magbear_cli.lti.frequency import frequency_response
-from magbear_cli.lti.modal import accurate_difference, modal_form
+from magbear_cli.lti.modal import accurate_difference, accurate_product, modal_form
 from magbear_cli.lti.state_space import StateSpace
 
 
@@ -23,6 +23,7 @@ def test_the_two_ways_agree(random_system: Callable[..., StateSpace], monkeypatc
     systems = [
         random_system(seed, order, inputs=2, outputs=3, decades=5.0) for seed, order in ((1, 3), (2, 8), (3, 20))
     ]
+    monkeypatch.setattr(frequency, "MANY", 0)
     added_up = [frequency_response(system, omega) for system in systems]
     monkeypatch.setattr(frequency, "MANY", 10**9)
     for system, response in zip(systems, added_up, strict=True):
@@ -53,7 +54,7 @@ def test_the_error_is_as_estimated_in_extended_precision() -> None:
 def test_a_defective_matrix_has_no_modes_that_are_trusted() -> None:
     """Five equal poles have no modal form worth trusting, and the response is that of solving."""
     system = from_transfer_function([1.0], np.poly([-1.0] * 5))
-    omega = np.geomspace(0.01, 100.0, 500)
+    omega = np.geomspace(0.01, 100.0, 2000)
     modes = modal_form(with_balanced_states(system))
     assert modes is None or (modes.response(omega)[1] > 1e-3).all()
     np.testing.assert_allclose(frequency_response(system, omega)[:, 0, 0], (1j * omega + 1.0) ** -5, rtol=1e-10)
@@ -65,7 +66,7 @@ def test_a_pole_on_the_axis_is_not_trusted() -> None:
     modes = modal_form(with_balanced_states(system))
     assert modes is not None
     assert np.isinf(modes.response(np.array([0.0]))[1][0])
-    response = frequency_response(system, np.concatenate([[0.0], np.geomspace(1.0, 2.0, 300)]))
+    response = frequency_response(system, np.concatenate([[0.0], np.geomspace(1.0, 2.0, 20_000)]))
     assert np.isinf(response[0, 0, 0])
     assert np.isfinite(response[1:]).all()
 
@@ -79,4 +80,6 @@ def test_differences_of_products_are_right_to_the_last_digit() -> None:
     with mpmath.workdps(60):
         wide = [mpmath.matrix([[mpmath.mpc(value) for value in row] for row in part.tolist()]) for part in (a, b, c)]
         exact = np.array((wide[0] * wide[1] - wide[2]).tolist(), dtype=complex)
-    np.testing.assert_allclose(accurate_difference((a, b), (c, np.eye(8))), exact, atol=1e-27)
+    np.testing.assert_allclose(
+        accurate_difference(accurate_product(a, b), accurate_product(c, np.eye(8))), exact, atol=1e-27
+    )
