@@ -36,9 +36,9 @@ def frequency_response(system: StateSpace, omega_rad_s: ArrayLike) -> NDArray[np
     -----
     For many states and frequencies the sum of first-order terms of ``modal`` is taken wherever its own estimate of its
     error is below ``TRUSTED``; for few, and at the other frequencies, A is balanced and jω I − A solved with row
-    exchanges. A reduction to Hessenberg form costs less than solving, but its reflections mix states of different size: on a loop
-    whose states nearly cancel, a single rounding error in A has been seen to make such a response wrong in its first
-    digit.
+    exchanges. A reduction to Hessenberg form costs less than solving, but its reflections mix states of different size:
+    on a loop whose states nearly cancel, a single rounding error in A has been seen to make such a response wrong in
+    its first digit.
     """
     omega = np.asarray(omega_rad_s, dtype=float).reshape(-1)
     if np.isnan(omega).any():

@@ -73,10 +73,11 @@ class _March:
     forces: Floats  # at the Radau points of the last step
     width_s: Floats  # of the last step; zero before the first
     runs: NDArray[np.bool_]  # which have not ended
+    tolerance: float
     pulse_n: float = 0.0  # during the last step
 
     @classmethod
-    def of(cls, fleet: Fleet) -> _March:
+    def of(cls, fleet: Fleet, tolerance: float) -> _March:
         one, count = fleet.one, len(fleet.loops)
         points = np.append(radau_points(), probes())
         return cls(
@@ -88,24 +89,30 @@ class _March:
             np.zeros((count, STAGES)),
             np.zeros(count),
             np.ones(count, dtype=bool),
+            tolerance,
         )
 
 
-def integrate(loop: Loop, duration_s: float) -> Trajectory:
+def integrate(loop: Loop, duration_s: float, tolerance: float = TOLERANCE) -> Trajectory:
     """The course of the loop from its start to the duration, or to whatever ends it before.
+
+    ``tolerance`` is what the impulse of a step's defect may be of the impulse so far; the error at the end of a run is
+    usually far smaller.
 
     Raises
     ------
     NumericsError
         when the loop has no finite force at t = 0.
     """
-    (trajectory,) = integrate_fleet([loop], duration_s)
+    (trajectory,) = integrate_fleet([loop], duration_s, tolerance)
     if isinstance(trajectory, NumericsError):
         raise trajectory
     return trajectory
 
 
-def integrate_fleet(loops: Sequence[Loop], duration_s: float) -> list[Trajectory | NumericsError]:
+def integrate_fleet(
+    loops: Sequence[Loop], duration_s: float, tolerance: float = TOLERANCE
+) -> list[Trajectory | NumericsError]:
     """The courses of loops that differ in the mass of a rigid rotor only, each with steps of its own.
 
     A loop that has no first step is an error in the list and keeps none of the others. The numbers of a loop are, to
@@ -116,7 +123,7 @@ def integrate_fleet(loops: Sequence[Loop], duration_s: float) -> list[Trajectory
     NumericsError
         when the loops differ otherwise.
     """
-    march = _March.of(Fleet(tuple(loops)))
+    march = _March.of(Fleet(tuple(loops)), tolerance)
     with np.errstate(all="ignore"):  # non-finite numbers are looked for after every step
         for start_s, end_s, pulse_n in march.fleet.one.scenario.segments(duration_s):
             _march(march, start_s, end_s, pulse_n)
@@ -162,7 +169,9 @@ def _march(march: _March, start_s: float, end_s: float, pulse_n: float) -> None:
         time, width = start_s + span * (place[rows] / total), span * 0.5**now
         steps = _tried(march, rows, width, pulse_n)
         impulse = width * np.abs(steps.forces).sum(axis=1) / STAGES
-        halvings = np.where(steps.solved, _halvings(march.impulse_n_s[rows] + impulse, steps, width), 1)
+        halvings = np.where(
+            steps.solved, _halvings(march.tolerance * (march.impulse_n_s[rows] + impulse), steps, width), 1
+        )
         finer = now < finest
         again = ~(steps.solved & (halvings <= 0)) & finer
         stuck = ~(steps.solved | finer)
@@ -194,7 +203,7 @@ def _tried(march: _March, rows: Indices, width_s: Floats, pulse_n: float) -> Ste
         widths, of_width = np.unique(width_s, return_inverse=True)
     propagators = tuple(march.propagation.over(width) for width in widths.tolist())
     task = Task(march.fleet, rows, propagators, of_width, width_s, march.state[rows], pulse_n)
-    return solve_steps(task, _guess(march, rows, width_s, pulse_n), 0.01 * TOLERANCE * march.impulse_n_s[rows])
+    return solve_steps(task, _guess(march, rows, width_s, pulse_n), 0.01 * march.tolerance * march.impulse_n_s[rows])
 
 
 def _guess(march: _March, rows: Indices, width_s: Floats, pulse_n: float) -> Floats:
@@ -216,15 +225,15 @@ def _guess(march: _March, rows: Indices, width_s: Floats, pulse_n: float) -> Flo
     return guess + added
 
 
-def _halvings(impulse_n_s: Floats, steps: Steps, width_s: Floats) -> Integers:
+def _halvings(allowed_n_s: Floats, steps: Steps, width_s: Floats) -> Integers:
     """How many times to halve each width: above zero, the step must be taken again; else it is that of the next one.
 
     The defect goes with width^STAGES. Without any impulse a defect is halved once, and without a defect all is well.
     """
-    allowed, error = TOLERANCE * impulse_n_s, width_s * (steps.defect_n - steps.noise_n)
-    wanted = np.ceil(np.log2(2.0 * error / allowed) / (STAGES + 1))
-    halvings = np.where(error > allowed, np.clip(wanted, 1, FINEST), np.clip(wanted, -MOST_DOUBLINGS, 0))
-    halvings[allowed == 0.0] = 1
+    error = width_s * (steps.defect_n - steps.noise_n)
+    wanted = np.ceil(np.log2(2.0 * error / allowed_n_s) / (STAGES + 1))
+    halvings = np.where(error > allowed_n_s, np.clip(wanted, 1, FINEST), np.clip(wanted, -MOST_DOUBLINGS, 0))
+    halvings[allowed_n_s == 0.0] = 1
     halvings[error <= 0.0] = -MOST_DOUBLINGS
     return halvings.astype(np.int64)
 
