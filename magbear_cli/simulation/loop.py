@@ -149,8 +149,7 @@ class Fleet:
         for loop in self.loops[1:]:
             same = replace(loop.scenario, mass_kg=first.scenario.mass_kg) == first.scenario
             alike = np.array_equal(loop.a, first.a) and np.array_equal(loop.c, first.c)
-            proportional = np.allclose(loop.b, first.b * self._share(loop), rtol=1e-14, atol=0.0)
-            if not (same and alike and proportional and loop.magnets.bearing == first.magnets.bearing):
+            if not (same and alike and loop.magnets.bearing == first.magnets.bearing and first.scenario.rotor is None):
                 raise NumericsError("only loops that differ in a rigid rotor's mass are simulated together")
 
     @property
@@ -201,7 +200,10 @@ def close_loop(bearing: Bearing, controller: StateSpace, scenario: StepScenario)
         raise NumericsError(f"the weight needs {standing:.4g} A, beyond the current limit of {limit:.4g} A")
     height = abs(scenario.step_m) or 1.0
     with np.errstate(over="ignore", invalid="ignore"):
-        system = with_balanced_states(_linear_parts(controller, scenario))
+        # A rigid rotor's mass has no say in the states' units, so that loops of several masses share all but b.
+        mass = 1.0 if scenario.rotor is not None else scenario.mass_kg
+        parts = scenario if scenario.rotor is not None else replace(scenario, mass_kg=1.0)
+        system = with_balanced_states(_linear_parts(controller, parts))
         order = system.order
         a, c = np.zeros((order + 1, order + 1)), np.zeros((4, order + 1))
         # The constant state is one for a step of any height, so that a nanometre is not lost beside it.
@@ -209,7 +211,7 @@ def close_loop(bearing: Bearing, controller: StateSpace, scenario: StepScenario)
         c[:] = np.hstack([system.c, system.d[:, :1] * height])
     if not (np.isfinite(a).all() and np.isfinite(c).all()):
         raise NumericsError("the loop of this controller and this bearing has numbers beyond double precision")
-    b = np.append(system.b[:, 1], 0.0)
+    b = np.append(system.b[:, 1] / mass, 0.0)
     start = np.append(np.zeros(order), scenario.step_m / height)
     return Loop(a, b, c, start, magnets)
 

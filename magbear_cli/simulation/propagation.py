@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 SMALL = 0.7  # of the norm of a step's generator, for Taylor's series
-TERMS = 20  # 0.7^20/20! is 3e-22, and the derivatives of the force come in one by one
+TERMS = 20  # 0.7^20/20! is 3e-22
+LAST_TERM = 1e-22
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,8 +81,8 @@ class Propagation:
         if width_s not in self._excesses:
             generator = self._generator(width_s)
             size = np.abs(generator[: self.b.size]).sum(axis=1).max()
-            if size <= SMALL or not np.isfinite(size):
-                self._excesses[width_s] = self._series(generator)
+            if not np.isfinite(size) or (size <= SMALL and width_s / 2.0 not in self._excesses):
+                self._excesses[width_s] = self._series(generator, float(size))
             else:  # the same derivatives in units of a step twice as wide, before squaring
                 unit = np.append(np.ones(self.b.size), 0.5 ** np.arange(self.stages))
                 half = self._excess(width_s / 2.0) * unit / unit[:, None]
@@ -96,9 +97,10 @@ class Propagation:
         generator[order:, order:] = np.eye(self.stages, k=1)
         return generator
 
-    def _series(self, generator: Floats) -> Floats:
+    def _series(self, generator: Floats, size: float) -> Floats:
         """Taylor's series of exp(c G) − I for every point c; powers of the points are all that differs."""
-        count = TERMS + self.stages
+        terms = next((k for k in range(1, TERMS) if size**k < LAST_TERM * factorial(k)), TERMS)
+        count = terms + self.stages  # the derivatives of the force come in one by one
         powers = np.empty((count, *generator.shape))
         powers[0] = generator
         for k in range(1, count):

@@ -1,11 +1,12 @@
 """The response of a closed loop to a step of the command or a pulse of force, and its figures.
 
-``simulate_step`` is the page to read first: close the loop, choose a duration, march, sample, measure.
+``simulate_steps`` is the page to read first: close the loops, choose a duration, march, sample, measure.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Hashable, Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from magbear_cli.errors import NumericsError
 from magbear_cli.lti.state_space import StateSpace
 from magbear_cli.model.bearing import Bearing
-from magbear_cli.simulation.integration import integrate
+from magbear_cli.simulation.integration import integrate_fleet
 from magbear_cli.simulation.linear import LONGEST_S, NOTHING, LinearLoop, choose_duration, linear_response, linearize
 from magbear_cli.simulation.loop import SENSOR, Loop, close_loop
 from magbear_cli.simulation.metrics import StepMetrics, peak_magnitude, rest_state, step_metrics
@@ -79,12 +80,60 @@ def simulate_step(bearing: Bearing, controller: StateSpace, scenario: StepScenar
     m z̈ = F(z, u) + pulse − load, u = K (y − r_f), F of thesis eqs. 2.1 and 4.1, prefilter of eq. 3.7,
     sensor of eq. 2.11.
     """
-    loop = close_loop(bearing, controller, scenario)
-    linear = linearize(loop)
-    try:
-        trajectory, metrics, sentence = _run(loop, linear)
-    except NumericsError as error:
-        return _never_began(loop, str(error))
+    (response,) = simulate_steps(bearing, controller, [scenario])
+    if isinstance(response, NumericsError):
+        raise response
+    return response
+
+
+def simulate_steps(
+    bearing: Bearing, controller: StateSpace, scenarios: Sequence[StepScenario]
+) -> list[StepResponse | NumericsError]:
+    """The responses of one controller in many scenarios, in their order; one whose parts do not fit is an error.
+
+    Scenarios of one given duration that differ in the mass of a rigid rotor only are marched through time together.
+    """
+    loops: list[Loop | NumericsError] = []
+    for scenario in scenarios:
+        try:
+            loops.append(close_loop(bearing, controller, scenario))
+        except NumericsError as error:
+            loops.append(error)
+    runs = _run_together([loop for loop in loops if isinstance(loop, Loop)])
+    return [next(runs) if isinstance(loop, Loop) else loop for loop in loops]
+
+
+def _run_together(loops: Sequence[Loop]) -> Iterator[StepResponse | NumericsError]:
+    """The responses of the loops, in their order."""
+    fleets: dict[Hashable, list[Loop]] = {}
+    for loop in loops:
+        fleets.setdefault(_fleet_key(loop), []).append(loop)
+    marched = {
+        key: iter(integrate_fleet(fleet, fleet[0].scenario.duration_s or 0.0))
+        for key, fleet in fleets.items()
+        if fleet[0].scenario.duration_s is not None
+    }
+    for loop in loops:
+        key = _fleet_key(loop)
+        try:
+            linear = linearize(loop)
+            yield _response(loop, linear, next(marched[key]) if key in marched else _run(loop, linear))
+        except NumericsError as error:
+            yield error
+
+
+def _fleet_key(loop: Loop) -> Hashable:
+    """What loops that are marched together have in common; loops whose durations are chosen have nothing."""
+    if loop.scenario.duration_s is None or loop.scenario.rotor is not None:
+        return id(loop)
+    return replace(loop.scenario, mass_kg=1.0), loop.a.tobytes(), loop.c.tobytes()
+
+
+def _response(loop: Loop, linear: LinearLoop, trajectory: Trajectory | NumericsError) -> StepResponse:
+    """The samples and the figures of a run."""
+    if isinstance(trajectory, NumericsError):
+        return _never_began(loop, str(trajectory))
+    scenario, (metrics, sentence) = loop.scenario, _measure(loop, trajectory)
     time = scenario.sample_times(trajectory.end_s)
     limit = scenario.current_limit_a or np.inf
     inside = np.minimum(time, trajectory.position_m.x[-1])
@@ -104,17 +153,16 @@ def simulate_step(bearing: Bearing, controller: StateSpace, scenario: StepScenar
     )
 
 
-def _run(loop: Loop, linear: LinearLoop) -> tuple[Trajectory, StepMetrics, str]:
-    """The run and its figures; a chosen duration is tried again, longer, when the linear loop settles and this not."""
-    scenario = loop.scenario
-    duration = scenario.duration_s or choose_duration(linear)
-    trajectory = integrate(loop, duration)
-    metrics, sentence = _measure(loop, trajectory)
-    unsettled = trajectory.end == End.FINISHED and metrics.settling_time_s is None
-    if unsettled and scenario.duration_s is None and linear.is_stable:
-        trajectory = integrate(loop, min(EXTENSION * duration, max(LONGEST_S, duration)))
-        metrics, sentence = _measure(loop, trajectory)
-    return trajectory, metrics, sentence
+def _run(loop: Loop, linear: LinearLoop) -> Trajectory | NumericsError:
+    """A run of a chosen duration, tried again, longer, when the linear loop settles and this one does not."""
+    duration = loop.scenario.duration_s or choose_duration(linear)
+    (trajectory,) = integrate_fleet([loop], duration)
+    if isinstance(trajectory, NumericsError) or loop.scenario.duration_s is not None:
+        return trajectory
+    metrics, _ = _measure(loop, trajectory)
+    if trajectory.end == End.FINISHED and metrics.settling_time_s is None and linear.is_stable:
+        (trajectory,) = integrate_fleet([loop], min(EXTENSION * duration, max(LONGEST_S, duration)))
+    return trajectory
 
 
 def _measure(loop: Loop, trajectory: Trajectory) -> tuple[StepMetrics, str]:

@@ -24,7 +24,7 @@ from magbear_cli.simulation.adaptive import simulate_adaptive_step
 from magbear_cli.simulation.scenario import StepScenario
 from magbear_cli.simulation.step import StepResponse
 from magbear_cli.study.outcome import CaseOutcome, StepOutcome
-from magbear_cli.study.simulating import Simulated, simulated
+from magbear_cli.study.simulating import Simulated, one_by_one, simulated
 from magbear_cli.synthesis.adaptive_lfe import AdaptiveDesign, AdaptiveLfeOptions, design_adaptive_lfe
 
 GROWTH = 1.05  # of the error from one quarter to the next: more is growing
@@ -64,7 +64,7 @@ def build_design(problem: ControlProblem, controller: Inputs) -> AdaptiveDesign:
 
 
 def _runs(inputs: Inputs, law: AdaptiveLaw) -> tuple[Simulated, ...]:
-    return simulated(inputs, partial(_step, law))
+    return simulated(inputs, one_by_one(partial(_step, law)))
 
 
 def _step(law: AdaptiveLaw, bearing: Bearing, scenario: StepScenario) -> StepResponse:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -14,7 +14,7 @@ from magbear_cli.lti.state_space import StateSpace
 from magbear_cli.model.bearing import Bearing
 from magbear_cli.model.problem import ControlProblem
 from magbear_cli.simulation.scenario import StepScenario
-from magbear_cli.simulation.step import StepResponse, simulate_step
+from magbear_cli.simulation.step import StepResponse, simulate_steps
 from magbear_cli.study.adaptation import adaptive_case, adaptive_limit_case
 from magbear_cli.study.building import (
     build_bearing,
@@ -99,7 +99,7 @@ def _judged(outcome: CaseOutcome, problem: ControlProblem, design: Design) -> Ca
         controller=controller,
         frequency=frequency,
         poles=poles,
-        steps=tuple(step for step, _ in simulated(inputs, partial(_step, controller))),
+        steps=tuple(step for step, _ in simulated(inputs, partial(_steps, controller))),
         statistics=statistics | {f"verification_{key}": value for key, value in verification.statistics.items()},
         tables=design.tables,
     )
@@ -127,8 +127,10 @@ def _with_impossibility(outcome: CaseOutcome, problem: ControlProblem, design: D
     return replace(proven, status=Status.INFEASIBLE, sentence=sentence)
 
 
-def _step(controller: StateSpace, bearing: Bearing, scenario: StepScenario) -> StepResponse:
-    return simulate_step(bearing, controller, scenario)
+def _steps(
+    controller: StateSpace, bearing: Bearing, scenarios: Sequence[StepScenario]
+) -> Sequence[StepResponse | NumericsError]:
+    return simulate_steps(bearing, controller, scenarios)
 
 
 def _mapped(outcome: CaseOutcome, _: ControlProblem) -> CaseOutcome:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,8 @@ from magbear_cli.simulation.step import StepResponse
 from magbear_cli.study.building import build_bearing, build_scenario, scenario_entries
 from magbear_cli.study.outcome import StepOutcome
 
-Simulation = Callable[[Bearing, StepScenario], StepResponse]
+Answers = Sequence[StepResponse | NumericsError]
+Simulation = Callable[[Bearing, Sequence[StepScenario]], Answers]
 Simulated = tuple[StepOutcome, Mapping[str, float]]
 
 
@@ -22,15 +23,46 @@ def simulated(inputs: Mapping[str, Any], simulate: Simulation) -> tuple[Simulate
     """Every run of the case; one that cannot begin says why, has no statistics, and stops none of the others."""
     bearing = build_bearing(inputs)
     method = str(inputs["controller"]["method"])
-    runs: list[Simulated] = []
-    for entry in scenario_entries(inputs):
-        try:
-            response = simulate(bearing, build_scenario(entry, inputs["operating_point"]))
-        except NumericsError as error:
-            runs.append((_not_begun(entry, method, str(error)), {}))
-        else:
-            runs.append((_ended(entry, method, response), response.statistics))
-    return tuple(runs)
+    entries = list(scenario_entries(inputs))
+    answers = _answers(bearing, [_scenario(entry, inputs) for entry in entries], simulate)
+    return tuple(_told(entry, method, answer) for entry, answer in zip(entries, answers, strict=True))
+
+
+def one_by_one(simulate: Callable[[Bearing, StepScenario], StepResponse]) -> Simulation:
+    """The simulation of many scenarios by that of one."""
+
+    def each(bearing: Bearing, scenarios: Sequence[StepScenario]) -> Answers:
+        answers: list[StepResponse | NumericsError] = []
+        for scenario in scenarios:
+            try:
+                answers.append(simulate(bearing, scenario))
+            except NumericsError as error:
+                answers.append(error)
+        return answers
+
+    return each
+
+
+def _scenario(entry: Mapping[str, Any], inputs: Mapping[str, Any]) -> StepScenario | NumericsError:
+    try:
+        return build_scenario(entry, inputs["operating_point"])
+    except NumericsError as error:
+        return error
+
+
+def _answers(
+    bearing: Bearing, scenarios: Sequence[StepScenario | NumericsError], simulate: Simulation
+) -> Iterator[StepResponse | NumericsError]:
+    """What became of each scenario, in order."""
+    answers = iter(simulate(bearing, [one for one in scenarios if isinstance(one, StepScenario)]))
+    for scenario in scenarios:
+        yield next(answers) if isinstance(scenario, StepScenario) else scenario
+
+
+def _told(entry: Mapping[str, Any], method: str, answer: StepResponse | NumericsError) -> Simulated:
+    if isinstance(answer, NumericsError):
+        return _not_begun(entry, method, str(answer)), {}
+    return _ended(entry, method, answer), answer.statistics
 
 
 def _ended(entry: Mapping[str, Any], method: str, response: StepResponse) -> StepOutcome:

@@ -36,11 +36,11 @@ def test_a_response_is_right_in_fifty_digits(tmp_path: Path) -> None:
 
 
 def test_a_step_is_right_to_a_millionth_on_both_sides(tmp_path: Path) -> None:
-    """Ours, alone and among 64 masses, and the peer's are all within 1e-6 of the step of an integration at 1e-12."""
+    """Ours, alone and among 64 masses, and the peer's are within 1e-6 of the step; ours in a study is within 1e-9."""
     found = _measured("step", tmp_path)["errors"]
-    assert found["magbear"]["largest error over the step"] < 1e-8
-    assert found["magbear, 64 masses at once"]["largest error over the step"] < 1e-8
-    assert found["solve_ivp LSODA"]["largest error over the step"] < 1e-6
+    assert found["magbear, at a study's tolerance"]["largest error over the step"] < 1e-9
+    for name in ("magbear", "magbear, 64 masses at once", "solve_ivp LSODA"):
+        assert found[name]["largest error over the step"] < 1e-6
 
 
 def test_an_adaptive_run_switches_as_its_peer_does(tmp_path: Path) -> None:
