@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 TEMPORARY_PREFIX = ".tmp-"
 MEGABYTE = 1e6
+HELD_BACK_BYTES = 4 << 20
 AGAIN = "run the same command again to go on, what was finished is kept"
 
 REASONS = {
@@ -41,13 +42,16 @@ class WholeFile(io.RawIOBase):
     """A file open for writing that never complains while it is written.
 
     The HDF5 library does not survive a refusal of the system (a full disk ends the process), so the first one is kept
-    here, everything after it is taken and thrown away, and ``look_for_refusal`` raises it.
+    here, everything after it is taken and thrown away, and ``settle`` raises it. The library writes a case in four
+    hundred pieces; the end of the file is held back in memory until it is worth a call of the system.
     """
 
     def __init__(self, descriptor: int) -> None:
-        """Write through this descriptor, which stays the caller's."""
+        """Write through this descriptor of an empty file, which stays the caller's."""
         self._descriptor = descriptor
         self._place = 0
+        self._base = 0  # what is before it was written, what is from it on is held back
+        self._tail = bytearray()
         self._refusal: OSError | None = None
 
     def look_for_refusal(self) -> None:
@@ -55,26 +59,36 @@ class WholeFile(io.RawIOBase):
         if self._refusal is not None:
             raise self._refusal
 
+    def settle(self) -> None:
+        """Write what was held back, and raise what the system refused now or before."""
+        held, self._tail = self._tail, bytearray()
+        self._put(self._base, held)
+        self._base += len(held)
+        self.look_for_refusal()
+
     def write(self, content: Buffer, /) -> int:
         """Take these bytes, all of them."""
         whole = memoryview(content).cast("B")
-        rest = whole
-        try:
-            while rest and self._refusal is None:
-                done = os.pwrite(self._descriptor, rest, self._place + len(whole) - len(rest))
-                rest = rest[done:]
-        except OSError as error:
-            self._refusal = error
+        before = max(0, min(len(whole), self._base - self._place))
+        if before:
+            self._put(self._place, whole[:before])
+        if rest := whole[before:]:
+            start = self._place + before - self._base
+            self._tail.extend(bytes(max(0, start - len(self._tail))))
+            self._tail[start : start + len(rest)] = rest
         self._place += len(whole)
+        if len(self._tail) > HELD_BACK_BYTES:
+            with contextlib.suppress(OSError):  # it is kept
+                self.settle()
         return len(whole)
 
     def readinto(self, buffer: Buffer, /) -> int:
         """Give back what was written; nothing of sense after a refusal."""
         whole = memoryview(buffer).cast("B")
-        try:
-            found = b"" if self._refusal else os.pread(self._descriptor, len(whole), self._place)
-        except OSError as error:
-            self._refusal, found = error, b""
+        before = max(0, min(len(whole), self._base - self._place))
+        found = self._get(self._place, before)
+        start = max(0, self._place - self._base)
+        found += self._tail[start : start + len(whole) - before]
         whole[: len(found)] = found
         whole[len(found) :] = bytes(len(whole) - len(found))
         self._place += len(whole)
@@ -82,8 +96,8 @@ class WholeFile(io.RawIOBase):
 
     def seek(self, offset: int, whence: int = os.SEEK_SET, /) -> int:
         """Go to a place."""
-        start = {os.SEEK_SET: 0, os.SEEK_CUR: self._place, os.SEEK_END: os.fstat(self._descriptor).st_size}[whence]
-        self._place = start + offset
+        end = self._base + len(self._tail)
+        self._place = offset + {os.SEEK_SET: 0, os.SEEK_CUR: self._place, os.SEEK_END: end}[whence]
         return self._place
 
     def tell(self) -> int:
@@ -93,12 +107,32 @@ class WholeFile(io.RawIOBase):
     def truncate(self, size: int | None = None, /) -> int:
         """Make the file so long."""
         length = self._place if size is None else size
+        with contextlib.suppress(OSError):  # it is kept
+            self.settle()
         try:
             if self._refusal is None:
                 os.ftruncate(self._descriptor, length)
         except OSError as error:
             self._refusal = error
+        self._base = length
         return length
+
+    def _put(self, place: int, content: Buffer) -> None:
+        with memoryview(content) as rest:
+            done = 0
+            try:
+                while done < len(rest) and self._refusal is None:
+                    done += os.pwrite(self._descriptor, rest[done:], place + done)
+            except OSError as error:
+                self._refusal = error
+
+    def _get(self, place: int, size: int) -> bytes:
+        """Bytes that were written; zeros where there are none."""
+        try:
+            found = b"" if self._refusal or not size else os.pread(self._descriptor, size, place)
+        except OSError as error:
+            self._refusal, found = error, b""
+        return found + bytes(size - len(found))
 
     def readable(self) -> bool:
         """What was written can be read."""
@@ -129,7 +163,7 @@ def written_durably(path: Path, size: int) -> Iterator[WholeFile]:
             try:
                 file = WholeFile(descriptor)
                 yield file
-                file.look_for_refusal()
+                file.settle()
                 os.fsync(descriptor)
             finally:
                 os.close(descriptor)

@@ -36,6 +36,7 @@ from magbear_cli.store.results import write_outcomes
 from magbear_cli.store.shards import (
     DamagedShardError,
     ShardHead,
+    UnreadableShardError,
     copy_shard,
     read_head,
     read_shard,
@@ -160,15 +161,18 @@ class RunDirectory:
         Raises
         ------
         ResumableError
-            when a shard cannot be read although its name proves its content.
+            when the system does not give what is stored, or a shard cannot be read although its name proves its
+            content.
         """
         for case in cases:
-            chosen = self._chosen(case, Counter())
-            if chosen:
-                try:
-                    outcome = read_shard(chosen[0], case)
-                except DamagedShardError as error:
-                    raise ResumableError(f"{self._cases}: {error}; delete it and {AGAIN}") from error
+            try:
+                chosen = self._chosen(case, Counter(), is_patient=False)
+                outcome = read_shard(chosen[0], case) if chosen else None
+            except UnreadableShardError as error:
+                raise ResumableError(f"{self._cases}: {error}; {AGAIN}") from error
+            except DamagedShardError as error:
+                raise ResumableError(f"{self._cases}: {error}; delete it and {AGAIN}") from error
+            if outcome is not None:
                 yield outcome
 
     def gather(self, cases: Sequence[Case], name: str, report: Mapping[str, Any]) -> StudyResults:
@@ -239,13 +243,18 @@ class RunDirectory:
             reasons[f"ended as {status.value} before, will be tried again"] += 1
         return status.is_answer
 
-    def _chosen(self, case: Case, reasons: Counter[str]) -> tuple[Path, ShardHead] | None:
-        """The shard of a case: this toolchain's answer, else another's if that is accepted, else a failure, or None."""
+    def _chosen(self, case: Case, reasons: Counter[str], *, is_patient: bool = True) -> tuple[Path, ShardHead] | None:
+        """The shard of a case: this toolchain's answer, else another's if that is accepted, else a failure, or None.
+
+        What the system does not give is taken for damaged, by a patient reader.
+        """
         failure, other, excuses = None, None, []
         for path in self._inventory.get(case.id, ()):
             try:
                 head = read_head(path)
-            except DamagedShardError:
+            except DamagedShardError as error:
+                if isinstance(error, UnreadableShardError) and not is_patient:
+                    raise
                 excuses.append("stored and damaged, will be computed again")
                 continue
             if head.toolchain.fingerprint != self.toolchain.fingerprint:

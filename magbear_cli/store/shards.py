@@ -25,11 +25,15 @@ from magbear_cli.study.plan import Case, canonical_json
 
 NAME = re.compile(r"(?P<case>[0-9a-f]{16})\.(?P<digest>[0-9a-f]{16})\.case")
 SHARD_FORMAT = "magbear case"
-UNREADABLE = (OSError, KeyError, TypeError, ValueError, RuntimeError)
+UNREADABLE = (KeyError, TypeError, ValueError, RuntimeError)
 
 
 class DamagedShardError(Exception):
     """A shard whose content is not what its name says, or not what this version writes."""
+
+
+class UnreadableShardError(DamagedShardError):
+    """A shard that the system does not give us now; another time it may."""
 
 
 @dataclass(frozen=True)
@@ -147,7 +151,10 @@ def take_inventory(folder: Path) -> ShardInventory:
 
 
 def _proven_image(path: Path) -> bytes:
-    image = path.read_bytes()
+    try:
+        image = path.read_bytes()
+    except OSError as error:
+        raise UnreadableShardError(f"{path.name} cannot be read: {error.strerror}") from error
     named = NAME.fullmatch(path.name)
     if named is None or _digest(image) != named["digest"]:
         raise DamagedShardError(f"{path.name} is damaged")

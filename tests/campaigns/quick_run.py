@@ -6,14 +6,16 @@ as always. Only what a case computes is replaced, by ``answer``.
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import hashlib
 import os
 import random
 import sys
+import tempfile
 import time
 import traceback
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -68,12 +70,31 @@ def use_quick_cases() -> None:
     runner.RunnerOptions = options  # type: ignore[misc, assignment]
 
 
+def compute_here(cases: Sequence[Any], *_: object) -> Iterator[Any]:
+    """The runner without workers, where their part is not asked for and a call should have one place."""
+    from magbear_cli.study.events import CaseEnded
+
+    for case in cases:
+        yield CaseEnded(answer(case.inputs, case.id, case.index), 1, 0.0)
+
+
 def preload() -> None:
-    """Import what a run needs, once."""
-    import magbear_cli.cli.session
-    import magbear_cli.cli.tables
-    import magbear_cli.report.rendering
-    import magbear_cli.store.run_directory  # noqa: F401
+    """Import what a run needs, once: by a run in this process, whose streams go nowhere."""
+    from magbear_cli.cli.main import main
+    from magbear_cli.study import runner
+
+    ours, runner.run_cases = runner.run_cases, compute_here  # type: ignore[assignment]
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        open(os.devnull, "w", encoding="utf-8") as nowhere,  # noqa: PTH123 - a device
+        contextlib.redirect_stdout(nowhere),
+        contextlib.redirect_stderr(nowhere),
+        contextlib.suppress(SystemExit),
+    ):
+        study = Path(folder) / "study.yaml"
+        study.write_text(study_text(2), "utf-8")
+        main(["run", str(study), "-o", str(Path(folder) / "out")])
+    runner.run_cases = ours
 
 
 def start(arguments: list[str], output: Path, prepare: Callable[[], None] = lambda: None) -> int:
