@@ -15,7 +15,7 @@ from pathlib import Path
 
 from quick_run import ended, fingerprint, preload, start, study_text, use_quick_cases
 
-from magbear_cli.cli.planning import planned_cases
+from magbear_cli.library.planning import planned_cases
 from magbear_cli.spec import read_study
 from magbear_cli.store.run_directory import RunDirectory
 
