@@ -65,7 +65,7 @@ def export(  # noqa: PLR0913, PLR0917 - click hands the options over by name
     from magbear_cli.library.stored import results_file
     from magbear_cli.store.results import read_results
 
-    study = read_results(results_file(results))
+    study = read_results(results_file(results), only=() if case is None else (case,))
     outcome = _chosen(study, case)
     directory = usable_directory(output)
     own = identifier(name or f"{study.name}_{outcome.case_id[:7]}")
@@ -89,12 +89,11 @@ def export(  # noqa: PLR0913, PLR0917 - click hands the options over by name
 def _chosen(study: StudyResults, case: str | None) -> CaseOutcome:
     """The case that is meant."""
     holders = {outcome.case_id: outcome for outcome in study.outcomes if outcome.controller is not None}
-    chosen = [outcome for key, outcome in holders.items() if case is None or (case and key.startswith(case))]
-    if len(chosen) == 1:
-        return chosen[0]
-    known = ", ".join(list(holders)[:8]) or "none"
-    wish = "name one with --case" if case is None else f"--case '{case}' is no single one of them"
-    raise InputError(f"{wish}; cases with a controller: {known}")
+    if len(holders) == 1 and case != "":
+        return next(iter(holders.values()))
+    known = ", ".join(f"{key[:7]} ({own.method}, order {own.summary.order})" for key, own in list(holders.items())[:8])
+    wish = "name one with --case" if case is None else f"--case '{case}' is no single case; magbear show lists them"
+    raise InputError(f"{wish}; cases with a controller{'' if case is None else ' among those'}: {known or 'none'}")
 
 
 def _sampling(

@@ -56,8 +56,8 @@ def test_too_slow_a_sampling_is_refused_with_the_slowest_that_would_do(finished:
     ("line", "says"),
     [
         (["--format", "json"], "name one with --case"),
-        (["--format", "json", "--case", "zz"], "is no single one"),
-        (["--format", "json", "--case", ""], "is no single one"),
+        (["--format", "json", "--case", "zz"], "is no single case"),
+        (["--format", "json", "--case", ""], "is no single case"),
         (["--format", "c", "--case", "FIRST"], "give --sample-time"),
         (["--format", "json", "--case", "FIRST", "--delay", "1e-6"], "give --sample-time too"),
         (["--format", "ross", "--case", "FIRST", "--sample-time", "1e-6"], "leave --sample-time out"),
