@@ -94,6 +94,16 @@ def test_the_octave_example_prints(finished: Path, tmp_path: Path) -> None:
         )
 
 
+def test_the_figure_of_the_front_page_is_the_baseline_drawn() -> None:
+    """The picture is there, and the brackets that it tells are those of the committed baseline."""
+    (name,) = re.findall(r"!\[[^\]]+\]\(([^)]+)\)", PAGE)
+    told = re.search(r"<desc>(.*?)</desc>", (ROOT / name).read_text("utf-8"), re.DOTALL)
+    assert told is not None
+    drawn = [tuple(map(int, pair)) for pair in re.findall(r"impossible up to (\d+), met from (\d+)", told.group(1))]
+    curves = json.loads((ROOT / "configs" / "baselines" / "limits.json").read_text("utf-8"))["curves"]
+    assert drawn == [(round(curve["omega_c_infeasible"]), round(curve["omega_c_feasible"])) for curve in curves]
+
+
 def test_the_options_of_the_front_page_exist() -> None:
     """Every long option that the README names is one of a command, and it names all those of ``run``."""
     import click
