@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 import shutil
 import subprocess
@@ -92,6 +93,29 @@ def test_the_octave_example_prints(finished: Path, tmp_path: Path) -> None:
         assert np.exp(1j * np.radians(angle)) == pytest.approx(
             outcome.frequency.controller_a_per_m[at] / abs(outcome.frequency.controller_a_per_m[at]), abs=2e-3
         )
+
+
+def test_a_newcomer_gets_from_a_study_to_firmware(tmp_path: Path) -> None:
+    """The lines of the front page, typed one by one in an empty folder, end with a controller that compiles."""
+    (block,) = [block for block in _blocks("sh") if "magbear new" in block]
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    case = "ID"
+    for line in block.splitlines():
+        command = line.split("#")[0].replace("--case ID", f"--case {case}")
+        done = subprocess.run(
+            ["bash", "-c", command], cwd=tmp_path, env={**os.environ, "PATH": path}, capture_output=True,
+            encoding="utf-8", timeout=300, check=False,
+        )  # fmt: skip
+        assert done.returncode == 0, f"{command}: {done.stderr}"
+        if command.startswith("magbear show"):
+            case = next(row.split()[0] for row in done.stdout.splitlines() if " ok " in row)
+    assert (tmp_path / "out" / "spindle" / "report" / "index.html").is_file()
+    compiler = shutil.which("gcc")
+    if compiler is None:
+        pytest.skip("gcc is not installed; all but the compilation was tried")
+    (program,) = (tmp_path / "firmware").glob("*_test.c")
+    subprocess.run([compiler, "-std=c99", "-Wall", "-Wextra", "-Werror", program, "-o", tmp_path / "check"], check=True)
+    assert subprocess.run([tmp_path / "check"], check=False).returncode == 0
 
 
 def test_the_figure_of_the_front_page_is_the_baseline_drawn() -> None:
