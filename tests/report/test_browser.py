@@ -11,6 +11,9 @@ from typing import Any
 
 import pytest
 
+from magbear_cli.claims.ledger import Finding, JudgedClaim, Listing, Verdict
+from magbear_cli.report.writing import write_ledger
+
 SIZES = {"phone": (390, 844), "laptop": (1280, 800)}
 Browser = Any  # a driver of selenium, which has no types
 
@@ -134,6 +137,21 @@ def test_a_link_to_a_case_opens_it(look: Callable[..., Browser]) -> None:
     page.execute_script("document.querySelector('table.cases tbody a').click()")
     target = "document.getElementById(decodeURIComponent(location.hash.slice(1)))"
     assert page.execute_async_script(f"const done = arguments[0]; setTimeout(() => done({target}.open), 100);")
+
+
+def test_the_ledger_renders(look: Callable[..., Browser], tmp_path: Path) -> None:
+    """The page of the thesis's claims fits a phone too, with a wide table, and with long names of datasets unfolded."""
+    listing = Listing(tuple(f"quantity {k}" for k in range(12)), (tuple(["1.234e5"] * 12),))
+    path = "sec_3_5_settings/results.h5:case_0001/frequency/complementary_sensitivity_of_the_loop[3.0 kg, 4.5 kg]"
+    finding = Finding("0.98", Verdict.CONFIRMED, "it is what is printed", listing)
+    claim = JudgedClaim("C01", "section 2", "a claim", "0.98", finding, (path, path))
+    written = write_ledger((claim,), None, (), {}, tmp_path)
+    page = look(SIZES["phone"])
+    page.get(written.as_uri())
+    page.execute_script("document.querySelectorAll('details').forEach(part => { part.open = true; });")
+    assert page.execute_script("return document.documentElement.scrollWidth <= window.innerWidth")
+    assert page.execute_script("return document.querySelector('table.listing').getBoundingClientRect().height") > 20
+    assert page.get_log("browser") == []
 
 
 def test_without_scripts_the_page_is_whole(mixed_report: Path) -> None:
