@@ -24,7 +24,7 @@ Indices = NDArray[np.intp]
 
 _STEPS = 40
 _LONGEST_STEP = 1.0  # in log d
-_CLOSE = 1e-13  # of log σ: what another step would still gain
+_CLOSE = 1e-18  # of log σ: what another step would still gain; D itself is then right to some 1e-9
 _ROUNDING = 1e-14  # of log λ
 _LEAST_DAMPING = 1e-9  # of the Hessian
 _POLISHING = 2  # Newton's steps after the closed form of the root
