@@ -9,6 +9,7 @@ C V (s − Λ)⁻¹ E (s − Λ)⁻¹ V⁻¹ B, and each term is rounded in prop
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,7 +26,7 @@ ROUNDING = float(np.finfo(float).eps)
 OPERATIONS = 8.0  # roundings of a term: two differences, inverse, two products, and its share of the sum
 WORST_CONDITION = 1e7  # of V: beyond it so few steps of Newton's method are not enough
 NEWTON_STEPS = 2  # from eigenvectors with half of their digits right, as LAPACK gives them for poles over many decades
-AT_ONCE = 400  # frequencies: their terms stay in the cache
+AT_ONCE = 500  # frequencies: their terms stay in the cache
 LEADING_BITS = 22  # of a factor: the products of two leading parts and a sum of 256 of them are exact
 
 
@@ -52,7 +53,10 @@ class ModalForm:
         for start in range(0, omega_rad_s.size, AT_ONCE):
             part = slice(start, start + AT_ONCE)
             with np.errstate(all="ignore"):
-                lag = 1.0 / ((1j * omega_rad_s[part, None] - self.poles_rad_s) - self.poles_rest_rad_s)
+                away = np.empty((omega_rad_s[part].size, into.size), dtype=complex)  # jω − λ
+                away.real = -(self.poles_rad_s.real + self.poles_rest_rad_s.real)
+                away.imag = (omega_rad_s[part, None] - self.poles_rad_s.imag) - self.poles_rest_rad_s.imag
+                lag = 1.0 / away
                 response[part] = (lag @ residues.reshape(into.size, -1)).reshape(-1, *residues.shape[1:])
                 terms, left, right = (np.abs(lag) @ weights).T
                 error[part] = OPERATIONS * ROUNDING * terms + left * right
@@ -79,7 +83,9 @@ def modal_form(system: StateSpace) -> ModalForm | None:
         return None
     identity, zero = np.eye(poles.size), np.zeros(1)
     distance = poles[None, :] - poles[:, None] + np.diag(np.full(poles.size, np.inf))
-    residual = first = accurate_difference(accurate_product(a, v), accurate_product(v, np.diag(poles)))  # A V − V Λ
+    columns, rows = split(v, axis=0), split(x, axis=1)
+    scaled = accurate_product(columns, split(poles[None, :], axis=0), np.multiply)
+    residual = first = accurate_difference(accurate_product(split(a, axis=1), columns), scaled)  # A V − V Λ
     turn, poles_rest = np.zeros_like(v), np.zeros_like(poles)
     for _ in range(NEWTON_STEPS):  # the eigenvectors are V + V turn
         defect = x @ residual
@@ -88,30 +94,35 @@ def modal_form(system: StateSpace) -> ModalForm | None:
             turn = turn + defect / distance
         v_rest = v @ turn
         residual = first + (a @ v_rest - v_rest * poles) - (v + v_rest) * poles_rest
-    missing = accurate_difference((identity, zero, zero), accurate_product(x, v))  # I − X V
+    missing = accurate_difference((identity, zero, zero), accurate_product(rows, columns))  # I − X V
     if not (np.isfinite(turn).all() and np.isfinite(missing).all()):
         return None
-    inputs, outputs = sum(accurate_product(x, b)), sum(accurate_product(c, v))
+    inputs = sum(accurate_product(rows, split(b, axis=0)))
+    outputs = sum(accurate_product(split(c, axis=1), columns))
     return ModalForm(
         poles.astype(complex),
         poles_rest.astype(complex),
         np.linalg.solve(identity + turn, np.linalg.solve(identity - missing, inputs)).astype(complex),
         (outputs + outputs @ turn).astype(complex),
-        np.abs(np.linalg.solve(identity + turn, x @ residual)),
+        np.abs(x @ residual),
     )
 
 
-def accurate_product(a: Matrix, b: Matrix) -> Parts:
+def split(matrix: Matrix, axis: int) -> Parts:
+    """A matrix as two leading parts and a rest; the parts' grids are common along an axis."""
+    first = _leading(matrix, axis)
+    second = _leading(matrix - first, axis)
+    return first, second, (matrix - first) - second
+
+
+def accurate_product(a: Parts, b: Parts, multiply: Callable[[Matrix, Matrix], Matrix] = np.matmul) -> Parts:
     """A B to three times the precision, as the sum of an exact matrix, a smaller exact one and a small one.
 
-    Each factor is split into two leading parts and a rest, so that the products of leading parts are exact (Ozaki,
-    Ogita, Oishi and Rump 2012).
+    The products of leading parts are exact where A is split along its rows and B along its columns (Ozaki, Ogita, Oishi
+    and Rump 2012).
     """
-    a_first, b_first = _leading(a, axis=1), _leading(b, axis=0)
-    a_rest, b_rest = a - a_first, b - b_first
-    a_second, b_second = _leading(a_rest, axis=1), _leading(b_rest, axis=0)
-    small = a_first @ (b_rest - b_second) + a_second @ b_rest + (a_rest - a_second) @ b
-    return a_first @ b_first, a_first @ b_second + a_second @ b_first, small
+    small = multiply(a[0], b[2]) + multiply(a[1], b[1] + b[2]) + multiply(a[2], b[0] + b[1])
+    return multiply(a[0], b[0]), multiply(a[0], b[1]) + multiply(a[1], b[0]), small
 
 
 def accurate_difference(first: Parts, second: Parts) -> Matrix:
