@@ -263,6 +263,58 @@ def test_a_disk_too_small_is_told_before_the_run(
             directory.reserve(100)
 
 
+def test_a_disk_that_is_really_full_loses_no_kept_case(
+    mounted: Callable[[str], Path], tmp_path: Path, full_case: FullCase, toolchain: Toolchain
+) -> None:
+    """Cases are refused in a sentence when there is no room, those before stay, and with room the run goes on."""
+    outcomes = [full_case(index) for index in range(12)]
+    cases = [case_of(outcome) for outcome in outcomes]
+    folder = mounted("size=600k")
+
+    def keep_all(directory: RunDirectory) -> None:
+        for outcome in outcomes:
+            directory.keep(outcome)
+
+    with RunDirectory(folder / "out", "", toolchain) as directory, pytest.raises(ResumableError, match="no space is"):
+        keep_all(directory)
+    kept = len(shards_in(folder / "out"))
+    assert 1 <= kept < 12
+    subprocess.run(["mount", "-o", "remount,size=16m", folder], check=True)
+    with RunDirectory(folder / "out", "", toolchain) as directory:
+        missing = directory.missing(cases)
+        assert len(missing) == 12 - kept
+        for case in missing:
+            directory.keep(outcomes[case.index])
+        directory.gather(cases, "n", {})
+        whole = directory.results_path.read_bytes()
+    with RunDirectory(tmp_path / "calm", "", toolchain) as directory:
+        keep_all(directory)
+        directory.gather(cases, "n", {})
+        assert directory.results_path.read_bytes() == whole
+
+
+def test_a_full_disk_at_the_end_of_a_run_spares_the_process(
+    mounted: Callable[[str], Path], full_case: FullCase, toolchain: Toolchain
+) -> None:
+    """HDF5 does not survive a full disk; a results file that does not fit is a sentence, and the old one stands."""
+    outcomes = [full_case(index) for index in range(4)]
+    cases = [case_of(outcome) for outcome in outcomes]
+    folder = mounted("size=4m")
+    with RunDirectory(folder / "out", "", toolchain) as directory:
+        for outcome in outcomes:
+            directory.keep(outcome)
+        directory.gather(cases[:1], "n", {})
+        old = directory.results_path.read_bytes()
+        free = shutil.disk_usage(folder).free
+        (folder / "filler").write_bytes(bytes(free - 100_000))
+        with pytest.raises(ResumableError, match="no space is left"):
+            directory.gather(cases, "n", {})
+        assert directory.results_path.read_bytes() == old
+        assert not list(folder.rglob(".tmp-*"))
+        (folder / "filler").unlink()
+        assert len(directory.gather(cases, "n", {}).outcomes) == 4
+
+
 def test_the_log_survives_a_torn_line(tmp_path: Path, toolchain: Toolchain) -> None:
     """A line cut off by a kill does not spoil the next one."""
     with RunDirectory(tmp_path, "", toolchain) as directory:
