@@ -119,9 +119,9 @@ def is_intact(branch: Branch) -> bool:
     return branch.attributes.get(DIGEST) == content_digest(branch)
 
 
-def grow_overview(rows: Sequence[Mapping[str, object]]) -> Branch:
+def grow_overview(columns: Mapping[str, Sequence[object]]) -> Branch:
     """The table of the cases: one row a case (``overview_row``), one column a figure."""
-    table = lifted(TABLE_FIELDS, rows, "case")
+    table = lifted(TABLE_FIELDS, columns, "case")
     return Branch(table.children, {"NX_class": "NXdata", "signal": "worst_case", "axes": "case"})
 
 

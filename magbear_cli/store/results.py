@@ -28,7 +28,7 @@ from magbear_cli.store.forms import (
     sealed,
 )
 from magbear_cli.store.hdf5 import FileReader, FileWriter, is_hdf5
-from magbear_cli.store.layout import LAYOUT_VERSION
+from magbear_cli.store.layout import LAYOUT_VERSION, TABLE_FIELDS
 from magbear_cli.store.tree import Branch
 from magbear_cli.study.outcome import CaseOutcome, StudyResults
 
@@ -58,16 +58,17 @@ def write_outcomes(path: Path, about: StudyResults, outcomes: Iterable[CaseOutco
     ResumableError
         when the system refuses; an older file of this name then stands as it was.
     """
-    rows: list[dict[str, object]] = []
+    columns: dict[str, list[object]] = {entry.name: [] for entry in TABLE_FIELDS}
     with written_durably(path, size) as file:
         writer = FileWriter(file)
         try:
             for outcome in outcomes:
                 writer.add(case_name(outcome.index), sealed(grow_case(outcome)))
-                rows.append(overview_row(outcome))
-            writer.add(OVERVIEW, sealed(grow_overview(rows)))
+                for name, cell in overview_row(outcome).items():
+                    columns[name].append(cell)
+            writer.add(OVERVIEW, sealed(grow_overview(columns)))
             writer.add(PROVENANCE, sealed(grow_provenance(about)))
-            writer.close(root_attributes(str(rows[0]["group"]) if rows else OVERVIEW))
+            writer.close(root_attributes(str(next(iter(columns["group"]), OVERVIEW))))
         finally:
             writer.discard()
 

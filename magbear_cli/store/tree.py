@@ -99,14 +99,12 @@ def harvest_fields(fields: Sequence[Field], branch: Branch) -> dict[str, Any]:
     }
 
 
-def lifted(fields: Sequence[Field], rows: Sequence[Mapping[str, object]], axis: str) -> Branch:
+def lifted(fields: Sequence[Field], columns: Mapping[str, Sequence[object]], axis: str) -> Branch:
     """The branch of a table: each field becomes a column, with the mark of its kind where a cell is None."""
-    columns = [replace(entry, axes=(axis,)) for entry in fields]
     cells = {
-        entry.name: [MISSING[entry.kind] if row[entry.name] is None else row[entry.name] for row in rows]
-        for entry in fields
+        entry.name: [MISSING[entry.kind] if cell is None else cell for cell in columns[entry.name]] for entry in fields
     }
-    return grow_fields(columns, cells)
+    return grow_fields([replace(entry, axes=(axis,)) for entry in fields], cells)
 
 
 def content_digest(branch: Branch) -> str:

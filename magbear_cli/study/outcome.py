@@ -19,6 +19,9 @@ from magbear_cli.model.table import Table
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
+_NO_SAMPLES = np.zeros(0)
+_NOTHING: Mapping[str, Any] = {}  # held once for many
+
 
 @dataclass(frozen=True)
 class Summary:
@@ -120,7 +123,7 @@ class StepOutcome:
     def without_samples(self) -> StepOutcome:
         """The same without its curves; when it ended is kept."""
         names = ("position_m", "current_a", "reference_m", "linear_position_m", "linear_current_a")
-        curves: dict[str, Any] = dict.fromkeys(names, np.zeros(0))
+        curves: dict[str, Any] = dict.fromkeys(names, _NO_SAMPLES)
         return replace(self, time_s=self.time_s[-1:].copy(), **curves)
 
 
@@ -145,7 +148,8 @@ class CaseOutcome:
     def without_samples(self) -> CaseOutcome:
         """The same without its arrays: what a reader of many cases keeps of each."""
         steps = tuple(step.without_samples() for step in self.steps)
-        return replace(self, steps=steps, controller=None, frequency=None, poles=None, impossibility=None, tables={})
+        nothing: dict[str, Any] = dict.fromkeys(("controller", "frequency", "poles", "impossibility"))
+        return replace(self, steps=steps, statistics=_NOTHING, tables=_NOTHING, **nothing)
 
     @property
     def method(self) -> str:

@@ -38,12 +38,13 @@ def main() -> int:
     study.write_text(study_text(asked.cases), "utf-8")
     began = time.time()
     pid = start(["run", str(study), "-o", str(folder / "out"), "-j", str(asked.jobs)], folder / "said")
-    memory: list[tuple[float, int, int]] = []  # time, bytes, open files
+    memory: list[tuple[float, int, int, float]] = []  # time, bytes, open files, seconds of processor
     parent = psutil.Process(pid)
     code = None
     while code is None:
         with contextlib.suppress(psutil.Error):
-            memory.append((time.time(), parent.memory_info().rss, parent.num_fds()))
+            used = parent.cpu_times()
+            memory.append((time.time(), parent.memory_info().rss, parent.num_fds(), used.user + used.system))
         code = ended(pid, 0.2)
     over = time.time()
     events = [json.loads(line) for line in log.read_text("utf-8").splitlines()]
@@ -56,15 +57,20 @@ def main() -> int:
     print(f"cases: {asked.cases}, {asked.jobs} workers; planning {events[0]['time'] - began:.1f} s")
     for first in range(0, len(times) - 1, size):
         last = min(first + size, len(times)) - 1
-        seen = [(rss, files) for at, rss, files in memory if times[first] <= at <= times[last]] or [(0, 0)]
+        seen = [row for row in memory if times[first] <= row[0] <= times[last]] or memory[:1]
+        wall_ms = (times[last] - times[first]) / max(1, last - first) * 1e3
         print(
-            f"  to case {last + 1:6d}: {(times[last] - times[first]) / max(1, last - first) * 1e3:6.2f} ms a case, "
-            f"{max(rss for rss, _ in seen) / 1e6:7.1f} MB, {max(files for _, files in seen)} files open"
+            f"  to case {last + 1:6d}: {wall_ms:6.2f} ms a case, {max(row[1] for row in seen) / 1e6:7.1f} MB, "
+            f"{max(row[2] for row in seen)} files open"
         )
-    most = max(rss for _, rss, _ in memory)
-    print(f"end: {(over - computed) / asked.cases * 1e3:.2f} ms a case for results, report and tables; "
-          f"at most {most / 1e6:.1f} MB")  # fmt: skip
-    print(f"together: {(over - began) / asked.cases * 1e3:.2f} ms a case")
+    before = [row for row in memory if row[0] <= computed][-1]
+    print(
+        f"end: {(over - computed) / asked.cases * 1e3:.2f} ms a case for results, report and tables; "
+        f"at most {max(row[1] for row in memory) / 1e6:.1f} MB"
+    )
+    print(f"together: {(over - began) / asked.cases * 1e3:.2f} ms a case; of the processor, in this process, "
+          f"{before[3] / asked.cases * 1e3:.2f} ms while computing and "
+          f"{(memory[-1][3] - before[3]) / asked.cases * 1e3:.2f} ms at the end")  # fmt: skip
     left = [path.name for path in (folder / "out").rglob(".tmp-*")]
     print(f"temporary files left: {len(left)}")
     shutil.rmtree(folder)
