@@ -53,7 +53,7 @@ class Lines(Quiet):
     def __init__(self, total: int, clock: Callable[[], float] = time.monotonic) -> None:
         """Count from now."""
         self._total, self._counts, self._clock = total, Counter[str](), clock
-        self._last = clock()
+        self._last = self._began = clock()
 
     def ended(self, status: str) -> None:
         """Count it."""
@@ -68,12 +68,34 @@ class Lines(Quiet):
 
     def _tell(self) -> None:
         self._last = self._clock()
-        told = _told(self._counts)
-        tell(f"{self._counts.total()} of {self._total} cases{': ' if told else ''}{told}")
+        done, told = self._counts.total(), _told(self._counts)
+        pace = _pace(done, self._total, self._last - self._began)
+        tell(f"{done} of {self._total} cases{': ' if told else ''}{told}{'; ' if pace else ''}{pace}")
 
 
 def _told(counts: Counter[str]) -> str:
     return ", ".join(f"{count} {status}" for status, count in sorted(counts.items()))
+
+
+def _rate(done: int, seconds: float) -> str:
+    """How many cases end in a second, a minute or an hour, whichever gives a number to read; empty before the first."""
+    if not done or seconds <= 0:
+        return ""
+    unit_s, unit = next(
+        ((size, name) for size, name in ((1.0, "s"), (60.0, "min")) if done * size / seconds >= 1), (3600.0, "h")
+    )
+    return f"{done * unit_s / seconds:.3g}/{unit}"
+
+
+def _pace(done: int, total: int, seconds: float) -> str:
+    """The rate, and what is left at that rate; empty before the first case and after the last."""
+    rate = _rate(done, seconds)
+    if not rate or done == total:
+        return ""
+    left_s = seconds / done * (total - done)
+    minutes, hours = left_s / 60.0, left_s / 3600.0
+    left = f"{left_s:.0f} s" if minutes < 2 else f"{minutes:.0f} min" if hours < 2 else f"{hours:.1f} h"
+    return f"{rate}, {left} left"
 
 
 @contextmanager
@@ -94,15 +116,17 @@ def _bar(total: int) -> Generator[Progress]:
     from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
     from rich.progress import Progress as RichProgress
 
-    columns = (BarColumn(bar_width=24), MofNCompleteColumn(), TextColumn("{task.description}"))
+    columns = (BarColumn(bar_width=24), MofNCompleteColumn(), TextColumn("{task.description} {task.fields[rate]}"))
     times = (TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn())
     with RichProgress(*columns, *times, console=Console(stderr=True)) as rich_progress:
-        task, counts = rich_progress.add_task("", total=total), Counter[str]()
+        task, counts = rich_progress.add_task("", total=total, rate=""), Counter[str]()
+        began = time.monotonic()
 
         class Bar:
             def ended(self, status: str) -> None:
                 counts[status] += 1
-                rich_progress.update(task, advance=1, description=_told(counts))
+                rate = _rate(counts.total(), time.monotonic() - began)
+                rich_progress.update(task, advance=1, description=_told(counts), rate=rate)
 
             def say(self, sentence: str) -> None:
                 rich_progress.console.print(sentence, markup=False, highlight=False)

@@ -20,6 +20,8 @@ HERE = Path(__file__).parent
         (["bits.py", "--times", "200", "--cases", "20"], "not detected, or taken for another case's: 0"),
         (["races.py", "--times", "4", "--cases", "10"], "not as it should be: 0"),
         (["soak.py", "--cases", "400"], "temporary files left: 0"),
+        (["fuzz.py", "--texts", "1500", "--commands", "6"], "not as it should be: 0"),
+        (["zoo.py", "--plants", "10", "--limit", "4", "--kernel-limit", "1"], "not as it should be: 0"),
     ],
     ids=lambda value: value[0].removesuffix(".py") if isinstance(value, list) else "",
 )

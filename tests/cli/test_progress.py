@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import pytest
 
-from magbear_cli.cli.progress import LINE_EVERY_S, Lines, Quiet, open_activity, open_progress
+from magbear_cli.cli.progress import LINE_EVERY_S, Lines, Quiet, _pace, open_activity, open_progress
 
 
 class _Clock:
@@ -44,7 +44,22 @@ def test_a_line_comes_every_ten_seconds_even_when_no_case_ends(told: Callable[[]
     assert told() == []
     clock.now += LINE_EVERY_S
     lines.tick()
-    assert told() == ["1 of 3 cases: 1 ok"]
+    assert told() == ["1 of 3 cases: 1 ok; 1.71/min, 70 s left"]
+
+
+@pytest.mark.parametrize(
+    ("done", "total", "seconds", "words"),
+    [
+        (0, 10, 5.0, ""),
+        (10, 10, 5.0, ""),
+        (10, 30, 4.0, "2.5/s, 8 s left"),
+        (10, 100, 200.0, "3/min, 30 min left"),
+        (2, 10, 7200.0, "1/h, 8.0 h left"),
+    ],
+)
+def test_the_pace_is_a_number_to_read(done: int, total: int, seconds: float, words: str) -> None:
+    """Cases a second, a minute or an hour, and what is left in a fitting unit."""
+    assert _pace(done, total, seconds) == words
 
 
 def test_the_last_case_is_told_at_once(told: Callable[[], list[str]]) -> None:

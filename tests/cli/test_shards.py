@@ -9,7 +9,12 @@ from pathlib import Path
 
 import pytest
 
+from magbear_cli.errors import Status
+from magbear_cli.library.planning import planned_cases
+from magbear_cli.spec import read_study_text
 from magbear_cli.store.lock import DirectoryLock
+from magbear_cli.store.run_directory import RunDirectory
+from magbear_cli.study.outcome import CaseOutcome
 
 STUDY = """\
 magbear: 1
@@ -99,6 +104,28 @@ def test_the_status_tells_what_is_stored(folder: Path) -> None:
     assert sum(document["counts"].values()) == document["stored"] == 5
     assert document["failures"] == []
     assert magbear("status", "study.yaml", folder=folder).returncode == 2
+
+
+def test_the_status_of_many_failures_fits_one_screen(tmp_path: Path) -> None:
+    """Sixty failures of thirty kinds: 24 lines of 80 columns, each kind once with a case of it, the frequent first."""
+    values = [float(f"{number}e-9") for number in range(1, 61)]
+    text = STUDY.replace("[1.0e-9, 2.0e-9, 3.0e-9, 4.0e-9, 5.0e-9]", str(values))
+    study = read_study_text(text, "study.yaml", ())
+    with RunDirectory(tmp_path / "out", text) as directory:
+        for case in planned_cases(study):
+            words = "the same" if case.index < 20 else f"reason {case.index % 29} {'and so on ' * (case.index % 9)}"
+            directory.keep(
+                CaseOutcome(
+                    case.id, case.index, case.inputs, Status.FAILED, f"{words}; --case {case.id} repeats it alone"
+                )
+            )
+    lines = magbear("status", "out", folder=tmp_path).stdout.splitlines()
+    assert len(lines) <= 24
+    assert max(map(len, lines)) <= 80
+    assert lines[1] == "60 failed"
+    assert lines[3].startswith("20 failed: the same (--case ")
+    assert "other reasons" in lines[-2]
+    assert lines[-1] == "run the same command again to compute the rest"
 
 
 def test_the_batch_script_is_one(folder: Path) -> None:
