@@ -54,12 +54,13 @@ def slurm(study: Path, shards: int, cpus: int, limit: str, output: Path | None, 
         f"#SBATCH --cpus-per-task={cpus}",
         f"#SBATCH --time={limit}",
         "#SBATCH --requeue",
+        "#SBATCH --signal=B:TERM@120",  # two minutes before the limit: stop, keep what is finished, write results
         f"# {read.case_count} cases in {parts} parts",
         "set -euo pipefail",
         "export OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1",
-        f"magbear run {shlex.quote(str(study))} {given}--no-progress \\",
+        f"exec magbear run {shlex.quote(str(study))} {given}--no-progress \\",
         f'    --shard "$SLURM_ARRAY_TASK_ID"/{parts} --jobs "$SLURM_CPUS_PER_TASK" -o {part}',
-        "# when all parts have ended:",
+        "# after all parts have ended (a part that was stopped by its limit goes on when it is submitted again):",
         f"# magbear merge {every} -o {shlex.quote(str(folder))}",
     ]
     put("\n".join(lines))

@@ -135,6 +135,8 @@ def test_the_batch_script_is_one(folder: Path) -> None:
     done = magbear("slurm", "study.yaml", "--shards", 3, "--set", "mass_kg=[3.0, 4.0]", folder=folder)
     assert done.returncode == 0, done.stderr
     assert "#SBATCH --array=0-2" in done.stdout
+    assert "#SBATCH --signal=B:TERM@120" in done.stdout  # B: to the batch shell, which the run has taken over
+    assert "\nexec magbear run " in done.stdout
     assert all(f"out/parts-{part}-of-3" in done.stdout for part in range(3))
     checked = subprocess.run(["bash", "-n"], input=done.stdout, encoding="utf-8", capture_output=True, check=False)
     assert checked.returncode == 0, checked.stderr
