@@ -56,6 +56,8 @@ def run_on_cluster(
     client = _connected(cluster.address)
     try:
         yield from _Dispatch(client, cases, options, cluster, should_stop).events()
+    except OSError as error:  # what distributed raises when a connection breaks
+        raise ResumableError(f"the Dask scheduler at {cluster.address} is gone") from error
     finally:
         client.close(timeout=2)
 

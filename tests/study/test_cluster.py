@@ -39,6 +39,7 @@ class Machines:
     """A scheduler and its workers, each a process."""
 
     address: str
+    scheduler: subprocess.Popen[bytes]
     workers: list[subprocess.Popen[bytes]]
 
     def cluster(self) -> Cluster:
@@ -61,7 +62,7 @@ def machines(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Machin
     scheduler = start("dask_scheduler", "--host", "127.0.0.1", "--port", "0")
     workers = [start("dask_worker", "--nthreads", "1", "--no-nanny") for _ in range(2)]
     try:
-        yield Machines(_address(file), workers)
+        yield Machines(_address(file), scheduler, workers)
     finally:
         for process in (*workers, scheduler):
             process.kill()
@@ -144,6 +145,23 @@ def _children(machines: Machines) -> list[psutil.Process]:
     """The processes under the Dask workers that are alive."""
     living = [psutil.Process(worker.pid) for worker in machines.workers if worker.poll() is None]
     return list(itertools.chain.from_iterable(worker.children(recursive=True) for worker in living))
+
+
+def test_a_lost_scheduler_ends_the_run_with_a_sentence(
+    machines: Machines, make_cases: MakeCases, options: Options
+) -> None:
+    """What was stored stays; running again, on another cluster or here, goes on."""
+    cases = make_cases(*["sleep:0.1"] * 30)
+    ended = []
+
+    def run() -> None:
+        for event in run_on_cluster(cases, options(), machines.cluster()):
+            ended.append(event)
+            machines.scheduler.kill()
+
+    with pytest.raises(ResumableError, match=r"the Dask scheduler at .* (is gone|dropped a case)"):
+        run()
+    assert ended
 
 
 def test_a_machine_of_another_kind_is_refused(
