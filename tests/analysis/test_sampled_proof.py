@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from magbear_cli.analysis.sampled_loop import SampledLoop, is_stable_on_samples, sampled_worst_case
+from magbear_cli.analysis import sampled_proof
+from magbear_cli.analysis.sampled_loop import SampledLoop, is_stable_on_samples, sampled_poles, sampled_worst_case
 from magbear_cli.analysis.sampled_proof import prove_sampled_level, transformed
 from magbear_cli.lti.sampled_system import bilinear
 from magbear_cli.lti.state_space import StateSpace
@@ -68,3 +69,15 @@ def test_the_transformed_quotient_is_the_controller(good_lead: StateSpace) -> No
     s = 1j * np.tan(angles / 2.0)
     value = np.polyval([float(c) for c in num], s) / np.polyval([float(c) for c in den], s)
     np.testing.assert_allclose(value, chain.response(angles), rtol=1e-12)
+
+
+@pytest.mark.parametrize("late", [0.0, 0.37, 2.0])
+def test_the_exact_polynomial_has_the_poles_of_the_matrices(
+    quickstart: ControlProblem, good_lead: StateSpace, late: float
+) -> None:
+    """Its roots, carried back to the plane of z, are the eigenvalues of the held plant with the chain around it."""
+    loop = _loop(quickstart, good_lead, 2e-5, late)
+    prover = sampled_proof._Prover.of(loop, transformed(loop.controller), 1.0)
+    roots = np.roots([float(coefficient) for coefficient in prover.member()])
+    poles = sampled_poles(loop, quickstart.mass.low_kg)
+    np.testing.assert_allclose(np.sort_complex((1.0 + roots) / (1.0 - roots)), np.sort_complex(poles), atol=1e-6)

@@ -152,6 +152,14 @@ def test_the_options_of_the_front_page_exist() -> None:
     assert {"`-o DIR`", "`-j N`"} <= set(re.findall(r"`-[oj] [A-Z]+`", PAGE))
 
 
+def test_the_citation_has_the_version() -> None:
+    """What the README says to cite is the version that is installed."""
+    from magbear_cli import __version__
+
+    (entry,) = _blocks("bibtex")
+    assert f"version = {{{__version__}}}" in entry
+
+
 def test_every_exit_code_and_status_is_explained() -> None:
     """The README tells all codes and statuses there are, and all public keys."""
     from magbear_cli.errors import ExitCode, Status
