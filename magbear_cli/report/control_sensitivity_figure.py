@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from magbear_cli.report.canvas import decibel, frequency_axis, new_figure, panels, pen, point_label
+from magbear_cli.report.canvas import INK, decibel, frequency_axis, new_figure, note, panels, pen
 from magbear_cli.report.drawing import Drawing, stacked
 from magbear_cli.report.numbers import kilograms, significant
 from magbear_cli.report.series import Labels, file_stem, frequency_view
@@ -50,8 +50,9 @@ def control_sensitivity_drawing(
     row, column = np.unravel_index(int(np.nanargmax(np.where(np.isfinite(size), size, -1.0))), size.shape)
     peak, mass = float(size[row, column]), kilograms(float(study.masses_kg[row]))
     if view[0] <= study.omega_rad_s[column] <= view[1]:
-        at = (float(study.omega_rad_s[column]), float(decibel(size[row, column : column + 1])[0]))
-        point_label(upper, at, f"largest {significant(peak * _PER_MICROMETRE)} A/µm, at {mass} kg", below=True)
+        height = float(decibel(size[row, column : column + 1])[0])
+        upper.plot(float(study.omega_rad_s[column]), height, "o", markersize=4.5, markerfacecolor="white", color=INK)
+    note(upper, f"largest {significant(peak * _PER_MICROMETRE)} A/µm, at {mass} kg", "lower right")
     return Drawing(
         name=f"control_sensitivity-{file_stem(outcome, outcomes)}",
         title="Control sensitivity: current for a disturbance of the position",
@@ -66,9 +67,12 @@ def control_sensitivity_drawing(
 
 
 def _phase_deg(row: Complexes) -> Floats:
-    """The phase of −K S over frequency, without jumps where there are numbers throughout."""
-    phase = np.angle(-row)
-    return np.degrees(np.unwrap(phase) if np.isfinite(phase).all() else phase)
+    """The phase of −K S over frequency: without jumps, and within ±180 at the highest, where there are numbers."""
+    phase = np.degrees(np.angle(-row))
+    if not np.isfinite(phase).all():
+        return phase
+    whole = np.unwrap(phase, period=360.0)
+    return np.asarray(whole - 360.0 * np.round(whole[-1] / 360.0))
 
 
 def _columns(study: FrequencyStudy) -> dict[str, list[object]]:
