@@ -12,6 +12,7 @@ import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from html import escape
 from typing import Any
 
 import matplotlib as mpl
@@ -25,6 +26,7 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullForma
 from numpy.typing import ArrayLike, NDArray
 
 from magbear_cli.report.numbers import SUPERSCRIPTS
+from magbear_cli.report.reading import panels_document
 
 Floats = NDArray[np.float64]
 
@@ -239,7 +241,10 @@ def rendered(figure: Figure, kind: str) -> bytes:
         # A name may hold letters that the font lacks: they become boxes, which is no reason to stop.
         warnings.filterwarnings("ignore", message="Glyph .* missing from font")
         figure.savefig(buffer, format=kind, dpi=PNG_DPI if kind == "png" else 72, metadata=_METADATA[kind])
-    return buffer.getvalue()
+    content = buffer.getvalue()
+    if kind == "svg":  # where the panels are goes with the picture, so that a page can tell values where the pointer is
+        content = content.replace(b"<svg ", f'<svg data-panels="{escape(panels_document(figure))}" '.encode(), 1)
+    return content
 
 
 def decibel(magnitude: Floats) -> Floats:

@@ -1,5 +1,39 @@
 "use strict";
-// Sorting and filtering of the table of cases. Without this script the page is whole: all rows, in the study's order.
+// Without these scripts the page is whole: all rows, in the study's order, and every figure with its numbers as CSV.
+
+// Reading a value off a figure: where the pointer is, in the units of the panel's axes.
+(function () {
+  // A place on an axis in words: three digits where it is logarithmic, else to about a thousandth of its length.
+  function told(part, low, high, logarithmic) {
+    if (logarithmic) { return String(Number((low * Math.pow(high / low, part)).toPrecision(3))); }
+    const digits = Math.max(0, 2 - Math.floor(Math.log10(Math.abs(high - low))));
+    return (low + part * (high - low)).toFixed(digits).replace(/^-(0(?:\.0*)?)$/, "$1");
+  }
+
+  document.querySelectorAll(".paper > svg[data-panels]").forEach(function (picture) {
+    const panels = JSON.parse(picture.dataset.panels), paper = picture.parentElement;
+    if (!panels.length) { return; }
+    const reading = document.createElement("output");
+    reading.className = "reading";
+    reading.hidden = true;
+    paper.append(reading);
+    paper.addEventListener("pointermove", function (event) {
+      const box = picture.getBoundingClientRect();
+      const x = (event.clientX - box.left) / box.width, y = 1 - (event.clientY - box.top) / box.height;
+      const panel = panels.find(function (p) { return x >= p[0] && x <= p[2] && y >= p[1] && y <= p[3]; });
+      reading.hidden = !panel;
+      if (!panel) { return; }
+      const across = told((x - panel[0]) / (panel[2] - panel[0]), panel[4], panel[5], panel[6]);
+      const up = told((y - panel[1]) / (panel[3] - panel[1]), panel[8], panel[9], panel[10]);
+      reading.textContent = [[panel[7], across], [panel[11], up]]
+        .filter(function (side) { return side[0]; })
+        .map(function (side) { return side[0] + ": " + side[1]; }).join("   ");
+    });
+    paper.addEventListener("pointerleave", function () { reading.hidden = true; });
+  });
+}());
+
+// Sorting and filtering of the table of cases.
 (function () {
   const table = document.querySelector("table.cases");
   if (!table || table.tBodies[0].rows.length < 2) { return; }

@@ -139,6 +139,28 @@ def test_a_link_to_a_case_opens_it(look: Callable[..., Browser]) -> None:
     assert page.execute_async_script(f"const done = arguments[0]; setTimeout(() => done({target}.open), 100);")
 
 
+def test_a_value_is_read_off_a_figure(look: Callable[..., Browser]) -> None:
+    """The pointer in the middle of the Nyquist panel reads the middle of its axes; outside of the panels nothing."""
+    page = look(SIZES["laptop"])
+    page.execute_script("document.querySelectorAll('details').forEach(part => { part.open = true; });")
+    script = """
+    const paper = document.querySelector("figure[id^='nyquist'] .paper");
+    const picture = paper.querySelector('svg'), box = picture.getBoundingClientRect();
+    const [left, bottom, right, top] = JSON.parse(picture.dataset.panels)[0];
+    const x = box.left + arguments[0] * (left + right) / 2 * box.width;
+    const y = box.top + (1 - (bottom + top) / 2) * box.height;
+    paper.dispatchEvent(new PointerEvent('pointermove', {clientX: x, clientY: y, bubbles: true}));
+    const reading = paper.querySelector('.reading');
+    return reading.hidden ? null : reading.textContent;
+    """
+    assert page.execute_script(script, 1) == "real part: -1.10   imaginary part: 0.00"
+    assert page.execute_script(script, 0) is None
+    shown = page.execute_script("return document.querySelectorAll('.paper .reading').length")
+    others = "return document.querySelectorAll('figure.plate:not([id^=poles])').length"  # whose axes are neither
+    assert shown == page.execute_script(others)
+    assert page.get_log("browser") == []
+
+
 def test_the_ledger_renders(look: Callable[..., Browser], tmp_path: Path) -> None:
     """The page of the thesis's claims fits a phone too, with a wide table, and with long names of datasets unfolded."""
     listing = Listing(tuple(f"quantity {k}" for k in range(12)), (tuple(["1.234e5"] * 12),))
