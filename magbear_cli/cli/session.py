@@ -258,9 +258,11 @@ def _facts(event: CaseEnded) -> dict[str, object]:
 def _report(results: StudyResults, folder: Path, request: Request) -> Path:
     from magbear_cli.cli.progress import open_activity
     from magbear_cli.report.writing import write_report
+    from magbear_cli.study.runner import available_cores
 
+    processes = available_cores() if request.jobs is None else request.jobs
     with open_activity("drawing the report", wanted=request.progress) as activity:
-        return write_report(results, folder, progress=activity)
+        return write_report(results, folder, processes=processes, progress=activity)
 
 
 def _present(results: StudyResults, results_path: Path, report: Path, request: Request) -> ExitCode:

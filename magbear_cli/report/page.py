@@ -11,6 +11,7 @@ from markupsafe import Markup, escape
 
 from magbear_cli.report import tables
 from magbear_cli.report.drawing import Drawing
+from magbear_cli.report.printing import Print
 from magbear_cli.report.selection import omissions, shown
 from magbear_cli.report.series import Labels
 from magbear_cli.report.svg import inlined
@@ -41,7 +42,7 @@ class Plates:
     plates: list[Plate] = field(default_factory=list)
     glyphs: dict[str, str] = field(default_factory=dict)
 
-    def add(self, drawing: Drawing, svg: bytes) -> None:
+    def add(self, drawing: Drawing | Print, svg: bytes) -> None:
         """Take in a drawing."""
         picture = Markup(inlined(svg, drawing.name, self.glyphs))  # noqa: S704 - made by matplotlib, names escaped
         self.plates.append(Plate(drawing.name, drawing.title, drawing.caption, drawing.alt, drawing.case_id, picture))

@@ -22,7 +22,13 @@ _OURS = re.compile(
 )
 
 
-def write_report(results: StudyResults, directory: Path, *, progress: Callable[[str], None] | None = None) -> Path:
+def write_report(
+    results: StudyResults,
+    directory: Path,
+    *,
+    processes: int = 1,
+    progress: Callable[[str], None] | None = None,
+) -> Path:
     """Write the report of a study and answer the page's path; the same study gives the same bytes.
 
     Parameters
@@ -30,6 +36,7 @@ def write_report(results: StudyResults, directory: Path, *, progress: Callable[[
     results : the study
     directory : where ``index.html``, ``figures/`` and ``tables/`` go; figures of an earlier report that are not part
         of this one are taken away
+    processes : that draw, where there are many figures
     progress : told the name of each figure when it is drawn
 
     Raises
@@ -40,7 +47,7 @@ def write_report(results: StudyResults, directory: Path, *, progress: Callable[[
     settle_matplotlib_home()
     from magbear_cli.report.rendering import report_files  # noqa: PLC0415 - matplotlib looks for its home when imported
 
-    return _write_all(report_files(results), directory, progress)
+    return _write_all(report_files(results, processes), directory, progress)
 
 
 def write_ledger(

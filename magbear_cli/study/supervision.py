@@ -190,22 +190,22 @@ def interrupts_held() -> Iterator[None]:
 def _start(settings: WorkerSettings, descriptor: int) -> subprocess.Popen[bytes]:
     arguments = [str(descriptor), str(os.getpid()), str(settings.memory_bytes or 0), settings.target]
     return subprocess.Popen(  # noqa: S603 - this interpreter, arguments of our own
-        [*_interpreter(), "-m", "magbear_cli.study.worker", *arguments, ",".join(settings.warm_modules)],
+        [*fresh_interpreter(), "-m", "magbear_cli.study.worker", *arguments, ",".join(settings.warm_modules)],
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         pass_fds=(descriptor,),
-        env=_environment(),
+        env=quiet_environment(),
     )
 
 
-def _interpreter() -> list[str]:
+def fresh_interpreter() -> list[str]:
     """The running interpreter with its warning and optimisation flags; files beside the study never shadow modules."""
     flags = subprocess._args_from_interpreter_flags()  # type: ignore[attr-defined]  # noqa: SLF001 - as multiprocessing does
     return [sys.executable, "-P", *(flag for flag in flags if flag != "-P")]
 
 
-def _environment() -> dict[str, str]:
+def quiet_environment() -> dict[str, str]:
     """The caller's environment with one thread for every numerical library, and this very package importable."""
     house = str(Path(__file__).resolve().parents[2])
     paths = [path for path in os.environ.get("PYTHONPATH", "").split(os.pathsep) if path]

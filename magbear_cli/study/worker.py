@@ -50,12 +50,17 @@ def main(arguments: list[str]) -> None:
 
 def _bind_life_to(parent: int, descriptor: int) -> None:
     """Ignore Ctrl-C, which reaches the whole group, and die when the parent dies."""
+    if sys.platform != "linux":
+        script = [sys.executable, "-I", "-S", guardian.__file__, str(descriptor), str(os.getpid())]
+        subprocess.Popen(script, pass_fds=(descriptor,))  # noqa: S603 - a script of our own
+    die_with_parent(parent)
+
+
+def die_with_parent(parent: int) -> None:
+    """Ignore Ctrl-C, which the parent answers for all, and die when the parent dies, where the kernel sees to that."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
-    else:
-        script = [sys.executable, "-I", "-S", guardian.__file__, str(descriptor), str(os.getpid())]
-        subprocess.Popen(script, pass_fds=(descriptor,))  # noqa: S603 - a script of our own
     if os.getppid() != parent:  # it died before the line above
         os._exit(1)
 
