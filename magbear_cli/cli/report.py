@@ -31,6 +31,7 @@ def report(results: Path, output: Path | None, only: tuple[str, ...]) -> None:
     from magbear_cli.report.writing import write_report
     from magbear_cli.store.results import read_results
     from magbear_cli.store.run_directory import MOST_WHOLE
+    from magbear_cli.study.runner import available_cores
 
     path = results_file(results)
     name = "-".join(["report", *only])
@@ -39,5 +40,5 @@ def report(results: Path, output: Path | None, only: tuple[str, ...]) -> None:
     if only and not study.outcomes:
         raise InputError(f"--case '{only[0]}': no case of {path} has that identity; magbear show lists them")
     with open_activity("drawing the report", wanted=None) as activity:
-        page = write_report(study, directory, progress=activity)
+        page = write_report(study, directory, processes=available_cores(), progress=activity)
     put(str(page))

@@ -110,3 +110,19 @@ def test_a_results_file_is_enough(command: Command, finished: Path, tmp_path: Pa
     shutil.copy(finished / "results.h5", tmp_path / "alone.h5")
     assert json.loads(command("show", "alone.h5", "--json").out)["report"] is None
     assert command("compare", "alone.h5", finished).code == 0
+
+
+def test_a_case_alone_has_a_report_beside_the_others(command: Command, finished: Path, tmp_path: Path) -> None:
+    """``--case`` draws what the page of a large study leaves out, and touches no other report; a wrong one is told."""
+    shutil.copytree(finished, tmp_path / "run")
+    case = read_results(tmp_path / "run" / "results.h5").outcomes[1].case_id
+    before = (tmp_path / "run" / "report" / "index.html").read_bytes()
+    ended = command("report", "run", "--case", case[:6])
+    assert (ended.code, ended.out) == (0, f"run/report-{case[:6]}/index.html\n")
+    page = (tmp_path / "run" / f"report-{case[:6]}" / "index.html").read_text("utf-8")
+    assert page.count("data-case=") == 1
+    assert case in page
+    assert (tmp_path / "run" / "report" / "index.html").read_bytes() == before
+    wrong = command("report", "run", "--case", "zz")
+    assert wrong.code == 2
+    assert "no case of run/results.h5 has that identity" in wrong.err
