@@ -36,6 +36,7 @@ def draw_growth(document: Mapping[str, Any], path: Path) -> None:
     """Every curve in a panel of its own, on logarithmic axes, with the slopes of growth by one and by two."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
+    from matplotlib.ticker import LogLocator, StrMethodFormatter
 
     found = curves_of(document)
     figure = Figure(figsize=(11.0, 6.6), layout="constrained")
@@ -49,6 +50,8 @@ def draw_growth(document: Mapping[str, Any], path: Path) -> None:
         axes.set_xlabel(over)
         axes.set_ylabel("ms a case" if "cases" in over else "ms")
         axes.set_xticks(numbers, [f"{number:g}" for number in numbers])
+        axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axes.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
         axes.minorticks_off()
         axes.set_ylim(0.5 * milliseconds.min(), 2.0 * milliseconds.max())
         axes.grid(visible=True, alpha=0.3)

@@ -1,7 +1,7 @@
 """A sweep of many cases: the runner beside the kernels alone and beside joblib over the same function.
 
-Forty cases stand for the two thousand of the row, so that the start of the workers and the end of the run (one
-results file and the report) weigh fifty times as much as they would. Each case is an H-infinity design with judgement
+Two dozen cases stand for the two thousand of the row, so that the start of the workers and the end of the run (one
+results file and the report) weigh eighty times as much as they would. Each case is an H-infinity design with judgement
 and proof, some 0.2 s. The runner stores every case safely as it ends; joblib and the bare loop keep answers in memory.
 """
 
@@ -24,7 +24,7 @@ from magbear_cli.study.pipeline import run_case
 from tests.benchmarks.measuring import Goal, Prepared, Row, Side
 
 KERNELS, ONE, TWO, JOBLIB = "the kernels alone", "magbear run, 1 worker", "magbear run, 2 workers", "joblib, 2 workers"
-CASES, OF = 40, 2000
+CASES, OF = 24, 2000
 STUDY = """\
 magbear: 1
 name: benchmark
@@ -116,7 +116,7 @@ ROW = Row(
     _prepare,
     needs=("joblib",),
     missed_because={
-        KERNELS: "the start of the worker and the end of the run weigh fifty times as much as over 2 000 cases",
+        KERNELS: "the start of the worker and the end of the run weigh eighty times as much as over 2 000 cases",
         ONE: "start and end of a run are not shared by the workers, and two busy cores are slower each",
         JOBLIB: "joblib keeps its answers in memory and writes nothing",
     },
