@@ -34,13 +34,14 @@ def growth_table(document: Mapping[str, Any]) -> list[str]:
 
 def draw_growth(document: Mapping[str, Any], path: Path) -> None:
     """Every curve in a panel of its own, on logarithmic axes, with the slopes of growth by one and by two."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib import rc_context
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
     from matplotlib.figure import Figure
     from matplotlib.ticker import LogLocator, StrMethodFormatter
 
     found = curves_of(document)
     figure = Figure(figsize=(11.0, 6.6), layout="constrained")
-    FigureCanvasAgg(figure)
+    FigureCanvasSVG(figure)
     for axes, (name, points) in zip(figure.subplots(2, 3).flat, found.items(), strict=False):
         numbers, milliseconds = np.array(list(points), dtype=float), 1e3 * np.array(list(points.values()))
         axes.loglog(numbers, milliseconds, "o-", color="#1f5fa8")
@@ -56,4 +57,5 @@ def draw_growth(document: Mapping[str, Any], path: Path) -> None:
         axes.set_ylim(0.5 * milliseconds.min(), 2.0 * milliseconds.max())
         axes.grid(visible=True, alpha=0.3)
         axes.legend(fontsize=8)
-    figure.savefig(path, dpi=110)
+    with rc_context({"svg.hashsalt": "growth"}):
+        figure.savefig(path, metadata={"Date": None})

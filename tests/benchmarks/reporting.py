@@ -27,7 +27,7 @@ def write_report(folder: Path) -> str:
     if "growth" in documents:
         from tests.benchmarks.growth import draw_growth, growth_table
 
-        draw_growth(documents["growth"], folder / "growth.png")
+        draw_growth(documents["growth"], folder / "growth.svg")
         notes += ["", *growth_table(documents["growth"])]
     text = "\n".join([*lines, "", *notes])
     (folder / "table.md").write_text(text + "\n", "utf-8")
