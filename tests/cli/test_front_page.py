@@ -147,7 +147,7 @@ def test_the_options_of_the_front_page_exist() -> None:
         if command is not None
     }
     named = set(re.findall(r"(?<=[`\s\[])--[a-z][a-z-]*", PAGE))
-    assert named <= {"--version"}.union(*options.values())
+    assert named <= {"--version", "--help"}.union(*options.values())
     assert options["run"] - {"--output", "--jobs"} <= named
     assert {"`-o DIR`", "`-j N`"} <= set(re.findall(r"`-[oj] [A-Z]+`", PAGE))
 
