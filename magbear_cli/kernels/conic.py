@@ -12,6 +12,8 @@ from scipy import sparse
 
 from magbear_cli.errors import NumericsError
 
+_SETTLED = frozenset({"solved", "primalinfeasible", "dualinfeasible"})  # answers that more care would not change
+
 
 class Cone(StrEnum):
     """The cones a row block may live in; a second-order cone (t, v) means t ≥ ‖v‖."""
@@ -66,12 +68,32 @@ def solve_cone_program(
     -----
     Clarabel is an interior-point solver for conic programs (Goulart and Chen 2024). Its compiled core panics on some
     inputs; the panic derives from BaseException and is turned into a NumericsError here.
-    """
-    import clarabel  # noqa: PLC0415 - a compiled solver, loaded only when a cone program is solved
 
+    Callers bring programs whose unknowns and rows are near one by their physics; Clarabel's own scaling of rows and
+    columns undoes some of that and doubles the iterations, and refining every linear solve doubles their cost. Both
+    are left for a second attempt, made when the first ends without a full answer.
+    """
     matrix = sparse.csc_matrix(a)
     if not (np.isfinite(q).all() and np.isfinite(matrix.data).all() and np.isfinite(b).all()):
         raise NumericsError("the cone program holds a number that is not finite")
+    answer = _solved(q, matrix, b, cones, tolerance, careful=False)
+    if answer.status in _SETTLED:
+        return answer
+    return _solved(q, matrix, b, cones, tolerance, careful=True)
+
+
+def _solved(
+    q: NDArray[np.float64],
+    matrix: sparse.csc_matrix,
+    b: NDArray[np.float64],
+    cones: Sequence[tuple[Cone, int]],
+    tolerance: float,
+    *,
+    careful: bool,
+) -> ConicAnswer:
+    """The answer of one call of the solver, with its own scaling and refinement when it is to be careful."""
+    import clarabel  # noqa: PLC0415 - a compiled solver, loaded only when a cone program is solved
+
     makers = {
         Cone.ZERO: clarabel.ZeroConeT,
         Cone.NONNEGATIVE: clarabel.NonnegativeConeT,
@@ -82,6 +104,7 @@ def solve_cone_program(
     settings.verbose = False
     settings.max_threads = 1
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
+    settings.equilibrate_enable = settings.iterative_refinement_enable = careful
     hessian = sparse.csc_matrix((q.size, q.size))
     try:
         solver = clarabel.DefaultSolver(hessian, q, matrix, b, [makers[kind](size) for kind, size in cones], settings)
