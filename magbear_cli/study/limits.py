@@ -15,16 +15,16 @@ from magbear_cli.errors import NumericsError, Status
 from magbear_cli.lti.state_space import StateSpace
 from magbear_cli.model.problem import ControlProblem
 from magbear_cli.study.outcome import ImpossibilityProof
-from magbear_cli.study.proving import prove_impossible
+from magbear_cli.study.proving import prove_bandwidth_impossible
 from magbear_cli.synthesis.design import Design
-from magbear_cli.synthesis.exact_mass import ExactMassOptions, design_exact_mass
+from magbear_cli.synthesis.exact_mass import ExactMassContinuation, ExactMassOptions
 
 _SHARE, _LEAST_ROOM, _MOST_ROOM = 0.08, 2e-4, 8e-4  # how far designs stay below the level: a share of the tolerance
 _COARSE, _ORDER, _FINE_ORDER = 0.008, 14, 20  # above this tolerance 14 states lose too little to matter
 _SLOPE = 0.68  # −d log level/d log ω_c near the limit of a typical bearing, to start the secant
 _FARTHEST = 1e4  # times the start: a limit beyond it is reported as not there
 _CLOSEST = 0.0018  # of ω_c: no certificate is sought closer to the met side, where each side's own loss is larger
-_FARTHER, _FARTHEST_GAP = 1.4, 0.3  # factor from one gap to the next, and the last
+_WIDTH_SHARE = 0.9  # of the tolerance: where the first certificate is sought
 
 
 @dataclass(frozen=True)
@@ -131,7 +131,7 @@ class _Secant:
         below = [point for point in self.points if point[1] <= 0]
         if above and below:
             (x0, y0), (x1, y1) = above[-1], below[0]
-            share = np.clip(y0 / (y0 - y1), 0.05, 0.95) if y0 > y1 else 0.5
+            share = np.clip(y0 / (y0 - y1), 0.002, 0.998) if y0 > y1 else 0.5
             return float(np.exp(x0 + share * (x1 - x0)))
         x, y = (above or below)[-1 if above else 0]
         return float(np.exp(x + np.clip(1.02 * y / _SLOPE, -1.5, 1.5)))
@@ -140,11 +140,15 @@ class _Secant:
 def _feasible_side(problem: ControlProblem, options: LimitOptions) -> LimitBracket:
     start = _first_guess(problem)
     omega_c, secant, designs = start, _Secant(), 0
+    continuation = ExactMassContinuation(ExactMassOptions(max_order=options.order, loss=0.0))
     best: tuple[float, Design] | None = None
     while designs < options.most_designs and start / _FARTHEST < omega_c < start * _FARTHEST:
         designs += 1
         try:
-            design = _design(problem, omega_c, options)
+            near = bool(secant.points)
+            design = continuation.design(
+                replace(problem, omega_c_rad_s=omega_c), expected=options.aim if near else None, rough=not near
+            )
         except NumericsError:
             omega_c *= 1.03
             continue
@@ -175,12 +179,6 @@ def _feasible_side(problem: ControlProblem, options: LimitOptions) -> LimitBrack
     )
 
 
-def _design(problem: ControlProblem, omega_c: float, options: LimitOptions) -> Design:
-    return design_exact_mass(
-        replace(problem, omega_c_rad_s=omega_c), ExactMassOptions(max_order=options.order, loss=0.0)
-    )
-
-
 def _first_guess(problem: ControlProblem) -> float:
     """Some tens of times the unstable pole, and faster than the frequency up to which W1 asks for |S| below one."""
     omega = np.geomspace(1e-3, 1e5, 400) * problem.natural_rad_s
@@ -190,17 +188,15 @@ def _first_guess(problem: ControlProblem) -> float:
 
 def _infeasible_side(bracket: LimitBracket, options: LimitOptions) -> LimitBracket:
     """Certificates at the tolerance below the met side, then farther and farther, until one is checked."""
-    met = bracket.omega_c_feasible_rad_s or np.nan
-    gap = max(0.9 * options.tolerance, _CLOSEST)
-    gaps = gap * _FARTHER ** np.arange(1 + max(0, int(np.log(_FARTHEST_GAP / gap) / np.log(_FARTHER))))
-    for tried, gap in enumerate(gaps, 1):
-        omega_c = met * (1.0 - min(float(gap), 0.9))
-        proof = prove_impossible(replace(bracket.problem, omega_c_rad_s=omega_c), options.level)
-        if proof is None:
-            continue
-        answer = replace(bracket, omega_c_infeasible_rad_s=omega_c, impossibility=proof, gaps_tried=tried)
-        if answer.width <= options.tolerance:
-            return replace(answer, sentence="")
-        width = f"the bracket is {100.0 * answer.width:.2g} % wide"
-        return replace(answer, sentence=f"{width}: no certificate closer to the met side was found")
-    return replace(bracket, sentence="no certificate of impossibility was found", gaps_tried=len(gaps))
+    gap = max(_WIDTH_SHARE * options.tolerance, _CLOSEST)
+    nearest = prove_bandwidth_impossible(bracket.met_problem, options.level, gap)
+    if nearest.proof is None:
+        return replace(bracket, sentence="no certificate of impossibility was found", gaps_tried=nearest.tried)
+    omega_c = (bracket.omega_c_feasible_rad_s or np.nan) * (1.0 - nearest.gap)
+    answer = replace(
+        bracket, omega_c_infeasible_rad_s=omega_c, impossibility=nearest.proof, gaps_tried=nearest.tried, sentence=""
+    )
+    if answer.width <= options.tolerance:
+        return answer
+    width = f"the bracket is {100.0 * answer.width:.2g} % wide"
+    return replace(answer, sentence=f"{width}: no certificate closer to the met side was found")

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,9 +18,13 @@ from magbear_cli.study.outcome import ImpossibilityProof
 from magbear_cli.synthesis.impossibility import ImpossibilityOptions, find_impossibility
 
 SPECIFIED = 1.0  # the level that meets the specification
-LAG_DENSITIES = (12.0, 16.0, 14.0, 10.0)  # lags per decade of a certificate's functions, as they are tried
+LAG_DENSITIES = (14.0, 12.0, 10.0, 16.0)  # lags per decade of a certificate's functions, as they are tried
 _TIGHT = 5e-4  # of the worst case: how far above it the proof is sought first
-_GAPS = (0.007, 0.0095, 0.013, 0.02, 0.03, 0.05)  # of the level reached: how far below it a proof is sought
+_FIRST_GAP = 0.005  # of the level reached: how far below it a proof is sought first
+_LEVEL_SLOPE, _BANDWIDTH_SLOPE = 1.17, 0.76  # what a certificate's margin gains over the gap in level, and in ω_c
+_NEEDED = 5e-4  # of that margin, for what the exchange of frequencies takes away
+_HALVINGS = 2  # of the step to the first ω_c that is proven
+_LEAST_STEP, _MOST_STEP, _FARTHEST_GAP = 0.12, 1.0, 0.3  # of the gap: how much farther away the next attempt is
 
 
 def verify_controller(problem: ControlProblem, controller: StateSpace, worst_case: float | None) -> Verification:
@@ -59,21 +64,72 @@ def prove_tightly(problem: ControlProblem, controller: StateSpace, worst: float)
 
 def prove_impossible(problem: ControlProblem, level: float = SPECIFIED) -> ImpossibilityProof | None:
     """A checked proof that every linear controller's worst case is above the level; None says nothing."""
-    for density in LAG_DENSITIES:
-        certificate = find_impossibility(problem, level, ImpossibilityOptions(lags_per_decade=density))
-        if certificate is None:
-            continue
-        check = check_certificate(problem, certificate)
-        if check.valid:
-            return _in_numbers(certificate, check.sentence)
-    return None
+    return _attempt(problem, level)[0]
 
 
 def prove_lower_bound(problem: ControlProblem, reached: float) -> ImpossibilityProof | None:
     """The proof of the highest level found that is below what a controller reaches and that no controller reaches."""
     if not np.isfinite(reached) or reached <= 0:
         return None
-    return _first(prove_impossible(problem, reached * (1.0 - gap)) for gap in _GAPS)
+    nearest = _nearest_proof(lambda gap: (problem, reached * (1.0 - gap)), _FIRST_GAP, _LEVEL_SLOPE)
+    return nearest.proof
+
+
+@dataclass(frozen=True)
+class NearestProof:
+    """The proof found nearest to a met side, the gap to it as a part of that side, and how many gaps were tried."""
+
+    proof: ImpossibilityProof | None
+    gap: float
+    tried: int
+
+
+def prove_bandwidth_impossible(problem: ControlProblem, level: float, first_gap: float) -> NearestProof:
+    """The proof for the largest ω_c found that is at least a gap below the problem's own, which is met."""
+    met = problem.omega_c_rad_s or np.nan
+    return _nearest_proof(
+        lambda gap: (replace(problem, omega_c_rad_s=met * (1.0 - gap)), level),
+        first_gap,
+        _BANDWIDTH_SLOPE,
+        halvings=_HALVINGS,
+    )
+
+
+def _nearest_proof(
+    question: Callable[[float], tuple[ControlProblem, float]], gap: float, slope: float, halvings: int = 0
+) -> NearestProof:
+    """Attempts ever farther from the met side; how much farther, the margin that was missing tells.
+
+    Between the last that failed and the one that did not, so many halvings look for a nearer one.
+    """
+    missed, tried, proof = 0.0, 1, None
+    while True:
+        proof, margin = _attempt(*question(gap))
+        missing = (_NEEDED - margin) / slope if np.isfinite(margin) else 0.0
+        farther = gap + min(max(missing, _LEAST_STEP * gap), _MOST_STEP * gap)
+        if proof is not None or farther > _FARTHEST_GAP:
+            break
+        missed, gap, tried = gap, farther, tried + 1
+    for _ in range(halvings if missed and proof is not None else 0):
+        middle, tried = 0.5 * (missed + gap), tried + 1
+        nearer = _attempt(*question(middle))[0]
+        proof, gap, missed = (proof, gap, middle) if nearer is None else (nearer, middle, missed)
+    return NearestProof(proof, gap, tried)
+
+
+def _attempt(problem: ControlProblem, level: float) -> tuple[ImpossibilityProof | None, float]:
+    """A checked proof, or None and the margin of the first search: what fewer lags miss too."""
+    margin = np.nan
+    for density in LAG_DENSITIES:
+        found = find_impossibility(problem, level, ImpossibilityOptions(lags_per_decade=density))
+        margin = found.margin if np.isnan(margin) else margin
+        if found.certificate is not None:
+            check = check_certificate(problem, found.certificate)
+            if check.valid:
+                return _in_numbers(found.certificate, check.sentence), margin
+        elif found.margin <= 0:  # fewer lags have less of it
+            break
+    return None, margin
 
 
 def is_proof(problem: ControlProblem, proof: ImpossibilityProof) -> bool:
@@ -89,10 +145,6 @@ def is_proof(problem: ControlProblem, proof: ImpossibilityProof) -> bool:
         return check_certificate(problem, ImpossibilityCertificate.of_numbers(numbers)).valid
     except NumericsError:
         return False
-
-
-def _first(proofs: Iterable[ImpossibilityProof | None]) -> ImpossibilityProof | None:
-    return next((proof for proof in proofs if proof is not None), None)
 
 
 def _in_numbers(certificate: ImpossibilityCertificate, sentence: str) -> ImpossibilityProof:

@@ -7,6 +7,7 @@ units of the present right-hand sides; its own level, recomputed on a dense grid
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,6 +24,7 @@ from magbear_cli.synthesis.fixed_order import best_lead
 from magbear_cli.synthesis.frequency_span import UNLIMITED_BANDWIDTH, FrequencySpan, frequency_span, with_bandwidth
 from magbear_cli.synthesis.half_plane_program import HalfPlaneProgram, Ratio
 from magbear_cli.synthesis.lag_chain import ChainRatio
+from magbear_cli.synthesis.lag_ratio import LagRatio
 from magbear_cli.synthesis.peak import local_maxima, refined_peak
 from magbear_cli.synthesis.stabilisation import stabilises
 
@@ -33,6 +35,7 @@ _FASTEST_LAG = (
 )
 _BETWEEN = 0.004  # of the level: how far a peak between the points of the dense grid may rise
 _STEP = 2e-4  # of the level: an iteration that gains less is the last
+_ROUGH_STEP = 5e-3  # the same for a level that only tells where to go next
 _EXCHANGE = 3e-4  # of the level: a peak between grid points that is higher than this joins the grid
 _FREE, _HELD = 7, 8  # most iterations with θ = 1, then with the present directions
 _GRID, _DENSE = 90, 1200
@@ -69,30 +72,70 @@ def design_exact_mass(problem: ControlProblem, options: ExactMassOptions) -> Des
     NumericsError
         when W1 is unbounded on the imaginary axis, or no cone program was solved.
     """
-    if (problem.performance.poles_rad_s.real >= 0).any() or len(problem.performance.num) > len(problem.performance.den):
-        raise NumericsError("the performance weight must be stable and proper")
-    limited = with_bandwidth(problem)
-    scaled, scaling = scale_problem(limited)
-    found = list(_descents(scaled, options))
-    chosen = _simplest(scaled, found, options.loss)
-    controller = scaling.controller(chosen.ratio.controller())
-    level = exact_level(problem, controller)
-    statistics = {
-        "cone_programs": float(sum(descent.solves for descent in found)),
-        "level_before_reduction": min(descent.level for descent in found),
-        "frequencies": float(chosen.omega.size),
-    }
-    sentences = []
-    if limited is not problem:
-        sentences.append(
-            "without a bandwidth limit more gain always helps: designed for omega_c = "
-            f"{limited.omega_c_rad_s:.4g} rad/s, {UNLIMITED_BANDWIDTH:g} times the fastest of the plant's pole and the "
-            "weight's corners"
-        )
-    if level > 1.0:
-        sentences.append(f"the least worst case found over controllers of any order is {level:.4g}, above 1")
-    status = Status.NOT_ACHIEVED if level > 1.0 else Status.OK
-    return Design(controller, status, "; ".join(sentences), level, statistics, claims_optimum=True)
+    return ExactMassContinuation(options).design(problem)
+
+
+@dataclass(eq=False)
+class ExactMassContinuation:
+    """Designs for one bearing and range at one ω_c after another: each starts from the functions of the one before.
+
+    The problems must agree but for ω_c. Near the answer three or four cone programs do what a start from a lead needs
+    eight for; a start that leads nowhere is made again from the lead.
+    """
+
+    options: ExactMassOptions
+    _lead: LagRatio | None = None
+    _last: tuple[float, ChainRatio] | None = None  # the fast end of its span, and the controller there
+
+    def design(self, problem: ControlProblem, *, expected: float | None = None, rough: bool = False) -> Design:
+        """As ``design_exact_mass``.
+
+        A good guess of the level that is expected saves cone programs; a rough design is left where one more program
+        gains less than a part in two hundred.
+        """
+        weight = problem.performance
+        if (weight.poles_rad_s.real >= 0).any() or len(weight.num) > len(weight.den):
+            raise NumericsError("the performance weight must be stable and proper")
+        limited = with_bandwidth(problem)
+        scaled, scaling = scale_problem(limited)
+        found = self._descents(scaled, expected, rough=rough)
+        chosen = _simplest(scaled, found, self.options.loss)
+        controller = scaling.controller(chosen.ratio.controller())
+        level = exact_level(problem, controller)
+        statistics = {
+            "cone_programs": float(sum(descent.solves for descent in found)),
+            "level_before_reduction": min(descent.level for descent in found),
+            "frequencies": float(chosen.omega.size),
+        }
+        sentences = []
+        if limited is not problem:
+            sentences.append(
+                "without a bandwidth limit more gain always helps: designed for omega_c = "
+                f"{limited.omega_c_rad_s:.4g} rad/s, {UNLIMITED_BANDWIDTH:g} times the fastest of the plant's pole and "
+                "the weight's corners"
+            )
+        if level > 1.0:
+            sentences.append(f"the least worst case found over controllers of any order is {level:.4g}, above 1")
+        status = Status.NOT_ACHIEVED if level > 1.0 else Status.OK
+        return Design(controller, status, "; ".join(sentences), level, statistics, claims_optimum=True)
+
+    def _descents(self, scaled: ControlProblem, expected: float | None, *, rough: bool) -> list[_Descent]:
+        if self._lead is None:
+            self._lead = best_lead(scaled)
+        fast = frequency_span(scaled).fast
+        found: list[_Descent] = []
+        if self._last is not None:
+            with suppress(NumericsError):
+                start = _moved(self._last[1], fast / self._last[0])
+                found = list(_descents(scaled, self.options, _Start(self._lead, start, expected, rough=rough)))
+        found = found or list(_descents(scaled, self.options, _Start(self._lead, None, expected, rough=rough)))
+        self._last = fast, found[0].ratio
+        return found
+
+
+def _moved(ratio: ChainRatio, factor: float) -> ChainRatio:
+    """The controller with its crossover so many times as fast: beyond its own speed the rotor is a double integrator."""
+    return ChainRatio(ratio.poles * factor, ratio.x * factor**2, ratio.y)
 
 
 def _simplest(scaled: ControlProblem, found: Sequence[_Descent], loss: float) -> _Descent:
@@ -135,24 +178,44 @@ class _Descent:
     solves: int
 
 
-def _descents(scaled: ControlProblem, options: ExactMassOptions) -> Iterator[_Descent]:
+@dataclass(frozen=True, eq=False)
+class _Start:
+    """From where a descent starts: from the lead, or from a controller near the answer and the level expected there."""
+
+    lead: LagRatio
+    near: ChainRatio | None
+    expected: float | None
+    rough: bool
+
+    @property
+    def present(self) -> Ratio:
+        """The controller to start from."""
+        return self.lead if self.near is None else self.near
+
+    def level(self, scaled: ControlProblem, omega: Floats) -> float:
+        """The level to start with: what is expected, or what the controller reaches."""
+        if self.expected is not None:
+            return self.expected
+        return float(worst_case_over_mass(scaled, self.present.response(omega), omega)[0].max())
+
+
+def _descents(scaled: ControlProblem, options: ExactMassOptions, start: _Start) -> Iterator[_Descent]:
     """The optimum over the most lags; then over fewer and fewer, from its directions, until the level suffers."""
     span = frequency_span(scaled)
-    dense = span.grid(_DENSE, margin=1e4)
-    lead = best_lead(scaled)
-    start = float(worst_case_over_mass(scaled, lead.response(dense), dense)[0].max())
-    program = HalfPlaneProgram(scaled, _lags(span, options.max_order), float(np.sqrt(span.fast)), lead)
-    optimum = _descend(program, lead, start, span.grid(_GRID), free_steps=_FREE)
+    level = start.level(scaled, span.grid(_DENSE, margin=1e4))
+    program = HalfPlaneProgram(scaled, _lags(span, options.max_order), float(np.sqrt(span.fast)), start.lead)
+    free_steps = _FREE if start.near is None else 0
+    optimum = _descend(program, start.present, level, span.grid(_GRID), free_steps=free_steps, rough=start.rough)
     yield optimum
-    present = optimum
+    last = optimum
     for order in range(options.max_order - 2, 1, -2) if options.loss else ():
         program = replace(program, poles=_lags(span, order))
         try:
-            present = _descend(program, present.ratio, present.level, present.omega, free_steps=0)
+            last = _descend(program, last.ratio, last.level, last.omega, free_steps=0, rough=start.rough)
         except NumericsError:
             return
-        yield present
-        if present.level > optimum.level * (1.0 + options.loss):
+        yield last
+        if last.level > optimum.level * (1.0 + options.loss):
             return
 
 
@@ -160,8 +223,10 @@ def _lags(span: FrequencySpan, count: int) -> Floats:
     return np.geomspace(span.slow, _FASTEST_LAG * span.fast, count)
 
 
-def _descend(program: HalfPlaneProgram, present: Ratio, level: float, omega: Floats, free_steps: int) -> _Descent:
-    """Bring the level down from that of the present controller until a step gains next to nothing.
+def _descend(
+    program: HalfPlaneProgram, present: Ratio, level: float, omega: Floats, *, free_steps: int, rough: bool
+) -> _Descent:
+    """Bring the level down from that of the present controller until one more cone program gains next to nothing.
 
     Raises
     ------
@@ -171,8 +236,8 @@ def _descend(program: HalfPlaneProgram, present: Ratio, level: float, omega: Flo
     dense = frequency_span(program.scaled).grid(_DENSE, margin=1e4)
     best: ChainRatio | None = None
     target, solves = level, 0
-    for step in range(free_steps + _HELD):
-        directions = program.free_directions if step < free_steps else program.directions_of(present)
+    for turn in range(free_steps + _HELD):
+        directions = program.free_directions if turn < free_steps else program.directions_of(present)
         try:
             candidate = program.widest_margin(present, directions(omega), omega, target)
         except NumericsError:
@@ -183,14 +248,14 @@ def _descend(program: HalfPlaneProgram, present: Ratio, level: float, omega: Flo
         fresh = dense[local_maxima(reached, on_grid * (1.0 + _EXCHANGE))]
         fresh = fresh[~np.isin(fresh, omega)]
         omega = np.union1d(omega, fresh)
-        if best is None and not np.isfinite(peak) and step < free_steps:
+        if best is None and not np.isfinite(peak) and turn < free_steps:
             target *= 1.5
         elif (best is None and np.isfinite(peak)) or peak < target:
-            small = best is not None and peak > target * (1.0 - _STEP)
+            small = best is not None and peak > target * (1.0 - (_ROUGH_STEP if rough else _STEP))
             best, present, target = candidate, candidate, peak
-            if small and step >= free_steps and fresh.size == 0:
+            if small and (rough or (turn >= free_steps and fresh.size == 0)):
                 break
-        elif fresh.size == 0 and step >= free_steps:
+        elif fresh.size == 0 and turn >= free_steps:
             break
     if best is None:
         raise NumericsError("no controller over these lags was found that stabilises every mass")

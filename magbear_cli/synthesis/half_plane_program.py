@@ -13,7 +13,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
 
 from magbear_cli.errors import NumericsError
 from magbear_cli.kernels.conic import Cone, solve_cone_program
@@ -93,19 +92,16 @@ class HalfPlaneProgram:
         y_basis, y_back = _orthonormal(basis / y_size[:, None])
         x_reference, y_reference = self.reference.numerator_denominator(omega)
         size = self.poles.size + 1
-        linear: list[sparse.spmatrix] = []
-        sides = []
+        sides, floors, moduli = [], [], []
         for d, n, w1_d, w3_n in self._factors(omega):
             chi = y * d - x * n
             unit = np.maximum((chi * directions).real, 1e-3 * np.abs(chi))
             x_turn, y_turn = -directions * n * x_size / unit, directions * d * y_size / unit
             side = np.hstack([(x_basis * x_turn[:, None]).real, (y_basis * y_turn[:, None]).real])
-            moduli = [sparse.diags(w3_n * x_size / unit), sparse.diags(w1_d * y_size / unit)]
-            linear.append(
-                sparse.hstack([sparse.csr_matrix(-level * side), *moduli, sparse.csr_matrix(np.ones((omega.size, 1)))])
-            )
-            sides.append(side * (unit / np.abs(y_reference * d - x_reference * n))[:, None])
-        coefficients = _solve(linear, np.concatenate(sides), x_basis, y_basis)
+            moduli.append((w3_n * x_size / unit, w1_d * y_size / unit))
+            sides.append(level * side)
+            floors.append(side * (unit / np.abs(y_reference * d - x_reference * n))[:, None])
+        coefficients = _solve(sides, moduli, np.concatenate(floors), (x_basis, y_basis))
         x_new, y_new = x_back @ coefficients[:size], y_back @ coefficients[size:]
         return ChainRatio(self.poles, x_new, y_new)
 
@@ -113,34 +109,42 @@ class HalfPlaneProgram:
         return [plant_factors(self.scaled, omega, mass) for mass in self.scaled.end_masses_kg]
 
 
-def _solve(linear: list[sparse.spmatrix], sides: Floats, x_basis: Complexes, y_basis: Complexes) -> Floats:
-    """The coefficients of X and Y that maximise s; unknowns: coefficients, |X| and |Y| at each frequency, s."""
-    count, unknowns = x_basis.shape[0], sides.shape[1]
-    rows = sides.shape[0]
-    none = sparse.csr_matrix((rows, 2 * count + 1))
-    functions = np.zeros((2, count, 3, unknowns))
-    for which, basis in enumerate((x_basis, y_basis)):
-        columns = slice(0, basis.shape[1]) if which == 0 else slice(unknowns - basis.shape[1], unknowns)
-        functions[which, :, 1, columns], functions[which, :, 2, columns] = -basis.real, -basis.imag
-    places = (np.arange(0, 6 * count, 3), np.arange(2 * count))
-    tops = sparse.csr_matrix((-np.ones(2 * count), places), shape=(6 * count, 2 * count))
-    cones = sparse.hstack(
-        [sparse.csr_matrix(functions.reshape(6 * count, unknowns)), tops, sparse.csr_matrix((6 * count, 1))]
-    )
-    floors = sparse.hstack([sparse.csr_matrix(-sides), none])
-    normalised = sparse.csr_matrix(np.concatenate([sides.mean(axis=0), np.zeros(2 * count + 1)])[None, :])
-    cost = np.zeros(unknowns + 2 * count + 1)
+def _solve(
+    sides: list[Floats], moduli: list[tuple[Floats, Floats]], floors: Floats, bases: tuple[Complexes, Complexes]
+) -> Floats:
+    """The coefficients of X and Y that maximise s: w3 |X| + w1 |Y| + s ≤ side·v, floors·v not small, its mean one.
+
+    The unknowns are the coefficients v, |X| and |Y| at each frequency, and s.
+    """
+    count, half, rows = bases[0].shape[0], bases[0].shape[1], floors.shape[0]
+    ends = np.cumsum([2 * half, count, count])
+    points = np.arange(count)
+    blocks = []
+    for side, (of_x, of_y) in zip(sides, moduli, strict=True):
+        block = np.zeros((count, ends[-1] + 1))
+        block[:, : ends[0]] = -side
+        block[points, ends[0] + points], block[points, ends[1] + points], block[:, -1] = of_x, of_y, 1.0
+        blocks.append(block)
+    blocks.append(np.hstack([-floors, np.zeros((rows, 2 * count + 1))]))
+    for which, basis in enumerate(bases):
+        cone = np.zeros((count, 3, ends[-1] + 1))
+        columns = slice(which * half, (which + 1) * half)
+        cone[points, 0, ends[which] + points] = -1.0
+        cone[:, 1, columns], cone[:, 2, columns] = -basis.real, -basis.imag
+        blocks.append(cone.reshape(3 * count, -1))
+    blocks.append(np.concatenate([floors.mean(axis=0), np.zeros(2 * count + 1)])[None, :])
+    cost = np.zeros(ends[-1] + 1)
     cost[-1] = -1.0
     answer = solve_cone_program(
         cost,
-        sparse.vstack([*linear, floors, cones, normalised]),
+        np.concatenate(blocks),
         np.concatenate([np.zeros(rows), np.full(rows, -_LEAST), np.zeros(6 * count), [1.0]]),
         [(Cone.NONNEGATIVE, 2 * rows), *[(Cone.SECOND_ORDER, 3)] * (2 * count), (Cone.ZERO, 1)],
         tolerance=1e-8,
     )
     if not answer.is_solved:
         raise NumericsError(f"the cone program of the exact real-mass problem ended as {answer.status}")
-    return answer.x[:unknowns]
+    return answer.x[: ends[0]]
 
 
 def _floored(size: Floats) -> Floats:

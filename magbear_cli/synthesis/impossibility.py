@@ -48,10 +48,22 @@ class ImpossibilityOptions:
     rounds: int = 6
 
 
+@dataclass(frozen=True)
+class ImpossibilitySearch:
+    """What a search came to: functions that hold on a dense grid and are worth checking, or None.
+
+    ``margin`` is that of the last cone program, relative to R and P: negative where these lags cannot do it, and then
+    the nearer to zero the less is missing; NaN where no program was solved.
+    """
+
+    certificate: ImpossibilityCertificate | None
+    margin: float = float("nan")
+
+
 def find_impossibility(
     problem: ControlProblem, level: float = 1.0, options: ImpossibilityOptions | None = None
-) -> ImpossibilityCertificate | None:
-    """Two functions that hold on a dense grid and are worth checking, or None: not found, which proves nothing.
+) -> ImpossibilitySearch:
+    """Search for two functions that prove a level out of reach; not to find any proves nothing.
 
     Without a bandwidth limit there is no such proof to find, as every level above |W1(∞)| is reached by gain alone; W1
     must be stable and fall off by at most the third power of s.
@@ -59,23 +71,24 @@ def find_impossibility(
     options = options or ImpossibilityOptions()
     weight = problem.performance
     if problem.omega_c_rad_s is None or not 0 <= relative_degree(weight) <= HIGHEST_RELATIVE_DEGREE:
-        return None
+        return ImpossibilitySearch(None)
     if (weight.poles_rad_s.real >= 0).any():
-        return None
+        return ImpossibilitySearch(None)
     scaled, scaling = scale_problem(problem)
     search = _Search.of(scaled, level, options.lags_per_decade)
     try:
-        certificate = search.run(options.rounds)
+        found = search.run(options.rounds)
     except NumericsError:
-        return None
-    if certificate is None:
-        return None
+        return ImpossibilitySearch(None)
+    if found.certificate is None:
+        return found
     unit = scaling.omega_rad_s
-    return replace(
-        certificate,
-        x_poles_rad_s=tuple(pole * unit for pole in certificate.x_poles_rad_s),
-        y_poles_rad_s=tuple(pole * unit for pole in certificate.y_poles_rad_s),
+    in_si = replace(
+        found.certificate,
+        x_poles_rad_s=tuple(pole * unit for pole in found.certificate.x_poles_rad_s),
+        y_poles_rad_s=tuple(pole * unit for pole in found.certificate.y_poles_rad_s),
     )
+    return replace(found, certificate=in_si)
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,7 +119,7 @@ class _Search:
         count = max(_FEWEST, int(np.ceil(lags_per_decade * np.log10(fast / slow))))
         return cls(scaled, level, span, np.geomspace(slow, fast, count), y_poles)
 
-    def run(self, rounds: int) -> ImpossibilityCertificate | None:
+    def run(self, rounds: int) -> ImpossibilitySearch:
         """Solve, look between the grid points, add what fails there, until nothing fails or the margin is gone."""
         slow, fast = self.span.slow, self.span.fast
         core = np.geomspace(slow / _BEYOND_CORE, fast * _BEYOND_CORE, _CORE)
@@ -117,13 +130,14 @@ class _Search:
         # Below the fast end R and P k_z follow √(1 + ω²) and its inverse; beyond it R levels off and P falls like 1/ω².
         p_unit = 1.0 / np.sqrt((1.0 + omega**2) * (1.0 + (omega / fast) ** 2))
         r_unit = (1.0 + omega**2) * p_unit
+        margin = np.nan
         for turn in range(rounds):
             x, y, margin, r, p = self._widest_margin(omega, r_unit, p_unit)
             slack = self.slack(x, y, dense)
             if slack.min() > _SLACK:
-                return self._certificate(x, y)
-            if margin <= 0:
-                return None
+                return ImpossibilitySearch(self._certificate(x, y), margin)
+            if margin <= _SLACK:  # more points only take from it
+                break
             inner = slack[1:-1]
             failures = np.flatnonzero((inner <= slack[:-2]) & (inner <= slack[2:]) & (inner < _SLACK)) + 1
             finer = np.union1d(omega, dense[failures])
@@ -133,7 +147,7 @@ class _Search:
                 np.exp(np.interp(np.log(finer), np.log(omega), np.log(unit))) for unit in (r_unit, p_unit)
             )
             omega = finer
-        return None
+        return ImpossibilitySearch(None, margin)
 
     def slack(self, x: Floats, y: Floats, omega: Floats) -> Floats:
         """The smallest relative room among the conditions at each frequency, (w,); positive where they hold."""

@@ -32,7 +32,7 @@ def test_a_measure_and_a_force_exist_at_every_frequency(thrust_problem: ProblemM
     """By brute force over R and P, the found functions satisfy the dual conditions where they are tried."""
     problem = thrust_problem(3.0, 4.5, 1e4)
     level = 0.625
-    certificate = find_impossibility(problem, level)
+    certificate = find_impossibility(problem, level).certificate
     assert certificate is not None
     x_coefficients = all_x_coefficients(certificate)
     for omega in np.geomspace(10.0, 1e6, 40):
@@ -52,7 +52,7 @@ def test_a_measure_and_a_force_exist_at_every_frequency(thrust_problem: ProblemM
 
 def test_nothing_is_found_where_a_controller_exists(thrust_problem: ProblemMaker) -> None:
     """Above the least worst case there is no such pair of functions."""
-    assert find_impossibility(thrust_problem(3.0, 4.5, 1e4), 0.65) is None
+    assert find_impossibility(thrust_problem(3.0, 4.5, 1e4), 0.65).certificate is None
 
 
 @pytest.mark.parametrize(
@@ -68,9 +68,9 @@ def test_problems_outside_of_the_theorem_have_no_certificate(
     thrust_problem: ProblemMaker, change: dict[str, RationalWeight | None]
 ) -> None:
     """No bandwidth limit, a weight that falls too fast, an improper or an unstable one: none is even sought."""
-    assert find_impossibility(replace(thrust_problem(3.0, 4.5, 1e4), **change), 0.1) is None  # type: ignore[arg-type]
+    assert find_impossibility(replace(thrust_problem(3.0, 4.5, 1e4), **change), 0.1).certificate is None  # type: ignore[arg-type]
 
 
 def test_too_few_lags_find_nothing_rather_than_something_false(thrust_problem: ProblemMaker) -> None:
     """A basis that cannot hold the functions gives None."""
-    assert find_impossibility(thrust_problem(3.0, 4.5, 1e4), 0.63, ImpossibilityOptions(2.0, 2)) is None
+    assert find_impossibility(thrust_problem(3.0, 4.5, 1e4), 0.63, ImpossibilityOptions(2.0, 2)).certificate is None
