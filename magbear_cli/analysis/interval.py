@@ -49,8 +49,8 @@ class Interval:
         right = as_interval(other)
         if right.low is right.high:  # a number: two products are all there are
             with np.errstate(over="ignore"):
-                ends = (self.low * right.low, self.high * right.low)
-            return _outward(np.minimum(*ends), np.maximum(*ends))
+                at_low, at_high = self.low * right.low, self.high * right.low
+            return _outward(np.minimum(at_low, at_high), np.maximum(at_low, at_high))
         with np.errstate(over="ignore"):  # an infinite end encloses all the same
             ends = (self.low * right.low, self.low * right.high, self.high * right.low, self.high * right.high)
         low = np.minimum(np.minimum(ends[0], ends[1]), np.minimum(ends[2], ends[3]))

@@ -7,7 +7,6 @@ units of the present right-hand sides; its own level, recomputed on a dense grid
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -98,8 +97,7 @@ class ExactMassContinuation:
             raise NumericsError("the performance weight must be stable and proper")
         limited = with_bandwidth(problem)
         scaled, scaling = scale_problem(limited)
-        found = self._descents(scaled, expected, rough=rough)
-        chosen = _simplest(scaled, found, self.options.loss)
+        found, chosen = self._found(scaled, expected, rough=rough)
         controller = scaling.controller(chosen.ratio.controller())
         level = exact_level(problem, controller)
         statistics = {
@@ -119,22 +117,38 @@ class ExactMassContinuation:
         status = Status.NOT_ACHIEVED if level > 1.0 else Status.OK
         return Design(controller, status, "; ".join(sentences), level, statistics, claims_optimum=True)
 
-    def _descents(self, scaled: ControlProblem, expected: float | None, *, rough: bool) -> list[_Descent]:
+    def _found(self, scaled: ControlProblem, expected: float | None, *, rough: bool) -> tuple[list[_Descent], _Descent]:
+        """All descents and the one that is chosen, from the controller before or, where that fails, from the lead."""
         if self._lead is None:
             self._lead = best_lead(scaled)
         fast = frequency_span(scaled).fast
-        found: list[_Descent] = []
-        if self._last is not None:
-            with suppress(NumericsError):
-                start = _moved(self._last[1], fast / self._last[0])
-                found = list(_descents(scaled, self.options, _Start(self._lead, start, expected, rough=rough)))
-        found = found or list(_descents(scaled, self.options, _Start(self._lead, None, expected, rough=rough)))
+        for near in (*self._near(scaled, fast), None):
+            start = _Start(self._lead, near, None if near is None else expected, rough=rough)
+            try:
+                found = list(_descents(scaled, self.options, start))
+                chosen = _simplest(scaled, found, self.options.loss)
+            except NumericsError:
+                if near is None:
+                    raise
+                continue
+            break
         self._last = fast, found[0].ratio
-        return found
+        return found, chosen
+
+    def _near(self, scaled: ControlProblem, fast: float) -> list[ChainRatio]:
+        """The controller before, moved to the new span if it still holds the rotor there, or else as it was.
+
+        From one that does not hold the rotor the directions would lead to others that do not.
+        """
+        if self._last is None:
+            return []
+        before, ratio = self._last
+        candidates = (_moved(ratio, fast / before), ratio)
+        return [near for near in candidates if stabilises(scaled, near.controller())][:1]
 
 
 def _moved(ratio: ChainRatio, factor: float) -> ChainRatio:
-    """The controller with its crossover so many times as fast: beyond its own speed the rotor is a double integrator."""
+    """The controller with its crossover so many times as fast: up there the rotor is a double integrator."""
     return ChainRatio(ratio.poles * factor, ratio.x * factor**2, ratio.y)
 
 
