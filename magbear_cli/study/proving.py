@@ -20,7 +20,7 @@ from magbear_cli.synthesis.impossibility import ImpossibilityOptions, find_impos
 SPECIFIED = 1.0  # the level that meets the specification
 LAG_DENSITIES = (14.0, 12.0, 10.0, 16.0)  # lags per decade of a certificate's functions, as they are tried
 _TIGHT = 5e-4  # of the worst case: how far above it the proof is sought first
-_FIRST_GAP = 0.005  # of the level reached: how far below it a proof is sought first
+_FIRST_GAP = 0.0035  # of the level reached: how far below it a proof is sought first
 _LEVEL_SLOPE, _BANDWIDTH_SLOPE = 1.17, 0.76  # what a certificate's margin gains over the gap in level, and in ω_c
 _NEEDED = 5e-4  # of that margin, for what the exchange of frequencies takes away
 _HALVINGS = 2  # of the step to the first ω_c that is proven

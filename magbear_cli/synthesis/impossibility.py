@@ -37,6 +37,7 @@ _X_REACH = 0.02  # of ω_c: slower lags of G_X nearly cancel each other, since W
 _Y_PART = 0.85  # lags of G_Y beside those of G_X: more only make its coefficients large
 _FEWEST = 12  # lags, however narrow the span
 _SLACK = 1e-4  # relative room on the dense grid that a checker can be expected to confirm
+_MOST_FAILURES = 24  # frequencies that join the grid in a round: more of them are ripples of rounding
 _LEAST = 1e-4  # of the mean: how small R and P may become beside their units
 
 
@@ -140,7 +141,8 @@ class _Search:
                 break
             inner = slack[1:-1]
             failures = np.flatnonzero((inner <= slack[:-2]) & (inner <= slack[2:]) & (inner < _SLACK)) + 1
-            finer = np.union1d(omega, dense[failures])
+            worst = failures[np.argsort(slack[failures], kind="stable")[:_MOST_FAILURES]]
+            finer = np.union1d(omega, dense[worst])
             if turn == 0:  # the first answer tells the true shapes of R and P
                 r_unit, p_unit = np.maximum(r, 0.01 * r_unit), np.maximum(p, 0.01 * p_unit)
             r_unit, p_unit = (
