@@ -25,6 +25,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullFormatter
 from numpy.typing import ArrayLike, NDArray
 
+from magbear_cli.report.letters import plain_letters
 from magbear_cli.report.numbers import SUPERSCRIPTS
 from magbear_cli.report.reading import panels_document
 
@@ -237,7 +238,7 @@ def point_label(axes: Axes, at: tuple[float, float], text: str, *, below: bool =
 def rendered(figure: Figure, kind: str) -> bytes:
     """The bytes of a figure as ``svg``, ``png`` or ``pdf``."""
     buffer = io.BytesIO()
-    with warnings.catch_warnings():
+    with warnings.catch_warnings(), plain_letters():
         # A name may hold letters that the font lacks: they become boxes, which is no reason to stop.
         warnings.filterwarnings("ignore", message="Glyph .* missing from font")
         figure.savefig(buffer, format=kind, dpi=PNG_DPI if kind == "png" else 72, metadata=_METADATA[kind])
