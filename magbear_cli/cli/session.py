@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
+from magbear_cli.cli.early_figures import EarlyFigures
 from magbear_cli.cli.event_stream import EventStream, open_events
 from magbear_cli.cli.options import usable_directory
 from magbear_cli.cli.output import put, put_json, tell
@@ -14,8 +15,10 @@ from magbear_cli.errors import ExitCode, InputError
 
 if TYPE_CHECKING:
     from magbear_cli.cli.progress import Progress
+    from magbear_cli.report.sheet import Print
     from magbear_cli.spec import Study
     from magbear_cli.store.run_directory import RunDirectory
+    from magbear_cli.study.chores import Chores
     from magbear_cli.study.events import CaseEnded, Event
     from magbear_cli.study.outcome import CaseOutcome, StudyResults
     from magbear_cli.study.plan import Case
@@ -100,13 +103,14 @@ def _work(
     at_a_time = options.jobs if request.executor == "local" else None
     tell(announcement(len(asked), len(missing), at_a_time))
     events.tell("run began", study=study.name, output=str(directory.path), cases=len(asked), missing=len(missing))
-    interrupted = compute(missing, options, directory, request, events)
-    if interrupted is not ExitCode.DONE:
-        results = directory.gather(cases, study.name, study.report)
-        tell(f"interrupted: {len(results.outcomes)} of {len(cases)} cases are stored in {directory.path}")
-        tell(f"run the same command again to go on; magbear report {directory.path} draws what is there")
-        return interrupted
-    return conclude(study, (cases, asked), directory, request, present)
+    with EarlyFigures(study, planned, missing, directory, options.jobs) as figures:
+        interrupted = compute(missing, options, figures, request, events, figures.chores)
+        if interrupted is ExitCode.DONE:
+            return conclude(study, planned, directory, request, present, figures)
+    results = directory.gather(cases, study.name, study.report)
+    tell(f"interrupted: {len(results.outcomes)} of {len(cases)} cases are stored in {directory.path}")
+    tell(f"run the same command again to go on; magbear report {directory.path} draws what is there")
+    return interrupted
 
 
 def conclude(
@@ -115,11 +119,14 @@ def conclude(
     directory: RunDirectory,
     request: Request,
     present: Present | None = None,
+    figures: EarlyFigures | None = None,
 ) -> ExitCode:
     """From what is stored to the results file, the report and what is printed; a case without an answer has a code."""
     cases, asked = planned
-    results = directory.gather(cases, study.name, study.report)
-    report = _report(results, directory.report_path.parent, request)
+    meanwhile = (lambda: None) if figures is None else figures.chores.glance
+    results = directory.gather(cases, study.name, study.report, meanwhile)
+    sheets = None if figures is None else figures.sheets(results)
+    report = _report(results, directory.report_path.parent, request, sheets)
     shown = (present or _present)(results, directory.results_path, report, request)
     answered = {outcome.case_id for outcome in results.outcomes if outcome.status.is_answer}
     return shown if all(case.id in answered for case in asked) else ExitCode.SOME_FAILED
@@ -172,8 +179,12 @@ def compute(
     directory: Keeper,
     request: Request,
     events: EventStream | None = None,
+    chores: Chores | None = None,
 ) -> ExitCode:
-    """Run the missing cases and keep each as it ends; the code tells of a signal that stopped the run."""
+    """Run the missing cases and keep each as it ends; the code tells of a signal that stopped the run.
+
+    Workers without a case do ``chores``, which keep the workers.
+    """
     from magbear_cli.cli.progress import open_progress
     from magbear_cli.study.interruption import Interruption
 
@@ -185,20 +196,24 @@ def compute(
             progress.tick()
             return stop()
 
-        for event in _happenings(missing, options, request, should_stop):
+        for event in _happenings(missing, options, request, should_stop, chores):
             _note(event, directory, progress, stream, request)
     directory.log("run ended", signal=None if stop.signal is None else stop.signal.name)
     return stop.exit_code
 
 
 def _happenings(
-    missing: tuple[Case, ...], options: RunnerOptions, request: Request, should_stop: Callable[[], bool]
+    missing: tuple[Case, ...],
+    options: RunnerOptions,
+    request: Request,
+    should_stop: Callable[[], bool],
+    chores: Chores | None,
 ) -> Iterator[Event]:
     """The events of the cases, computed here or on a cluster."""
     if request.executor == "local" or not missing:
         from magbear_cli.study.runner import run_cases
 
-        return run_cases(missing, options, should_stop)
+        return run_cases(missing, options, should_stop, chores if missing else None)
     from magbear_cli.store.toolchain import difference_of, toolchain_text
     from magbear_cli.study.cluster import Cluster, run_on_cluster
 
@@ -255,14 +270,14 @@ def _facts(event: CaseEnded) -> dict[str, object]:
     return facts | {key: text for key, text in (("sentence", outcome.sentence), ("detail", event.detail)) if text}
 
 
-def _report(results: StudyResults, folder: Path, request: Request) -> Path:
+def _report(results: StudyResults, folder: Path, request: Request, sheets: Iterable[Print] | None) -> Path:
     from magbear_cli.cli.progress import open_activity
     from magbear_cli.report.writing import write_report
     from magbear_cli.study.runner import available_cores
 
     processes = available_cores() if request.jobs is None else request.jobs
     with open_activity("drawing the report", wanted=request.progress) as activity:
-        return write_report(results, folder, processes=processes, progress=activity)
+        return write_report(results, folder, processes=processes, sheets=sheets, progress=activity)
 
 
 def _present(results: StudyResults, results_path: Path, report: Path, request: Request) -> ExitCode:

@@ -14,14 +14,12 @@ from magbear_cli.report.mu_figure import mu_drawing
 from magbear_cli.report.nyquist_figure import nyquist_drawing
 from magbear_cli.report.orders_figure import orders_drawing
 from magbear_cli.report.poles_figure import poles_drawing
-from magbear_cli.report.selection import drawn, shown, shown_sweep
+from magbear_cli.report.selection import drawn, shown, shown_sweep, wanted_figures
 from magbear_cli.report.sensitivity_figure import sensitivity_drawing
 from magbear_cli.report.series import Labels
 from magbear_cli.report.step_figure import step_drawings
 from magbear_cli.report.trade_off_figure import trade_off_drawings
 from magbear_cli.study.outcome import CaseOutcome, StudyResults
-
-ALWAYS = ("mu", "sensitivity", "nyquist", "poles", "controller_gain", "step")  # of a study that asks for none by name
 
 CaseDrawings = Callable[[CaseOutcome, tuple[CaseOutcome, ...], Labels], list[Drawing]]
 
@@ -50,15 +48,9 @@ PER_CASE: dict[str, CaseDrawings] = {
 }
 
 
-def wanted_figures(results: StudyResults) -> list[str]:
-    """The kinds of figure that the study asks for, in its order."""
-    asked = results.report.get("figures") or ALWAYS
-    return [str(kind) for kind in asked]
-
-
 def study_drawings(results: StudyResults, labels: Labels) -> Iterator[Drawing]:
     """The figures about several cases: limitation curves, the trade-off of order, controller gains."""
-    wanted, outcomes = wanted_figures(results), shown(results).outcomes
+    wanted, outcomes = wanted_figures(results.report), shown(results).outcomes
     limits = limits_drawing(outcomes)  # of whoever sought one
     if limits is not None:
         yield limits
@@ -79,7 +71,7 @@ def study_drawings(results: StudyResults, labels: Labels) -> Iterator[Drawing]:
 
 def case_drawings(results: StudyResults, labels: Labels) -> Iterator[Drawing]:
     """The figures about one case each, case by case in the order of the study, of the first cases."""
-    wanted, outcomes = wanted_figures(results), shown(results).outcomes
+    wanted, outcomes = wanted_figures(results.report), shown(results).outcomes
     for outcome in drawn(outcomes):
         for kind in wanted:
             if kind in PER_CASE:

@@ -11,9 +11,9 @@ from markupsafe import Markup, escape
 
 from magbear_cli.report import tables
 from magbear_cli.report.drawing import Drawing
-from magbear_cli.report.printing import Print
 from magbear_cli.report.selection import omissions, shown
 from magbear_cli.report.series import Labels
+from magbear_cli.report.sheet import Print
 from magbear_cli.report.svg import inlined
 from magbear_cli.report.verdict import headline, remarks
 from magbear_cli.study.outcome import CaseOutcome, StudyResults

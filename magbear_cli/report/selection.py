@@ -2,16 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any, TypeVar
 
 from magbear_cli.report.series import Labels
 from magbear_cli.report.sweep import Sweep, find_sweep
 from magbear_cli.study.outcome import CaseOutcome, StudyResults
 
+Planned = TypeVar("Planned")  # a case, or what came of it
+
+ALWAYS = ("mu", "sensitivity", "nyquist", "poles", "controller_gain", "step")  # of a study that asks for none by name
+OF_ONE_CASE = ("mu", "sensitivity", "nyquist", "poles", "step")  # the others are about several
 MOST_CASES = 200  # rows of the tables, and cases told one by one
 MOST_DRAWN = 12  # cases with figures of their own
 MOST_SWEPT = 2000  # cases that limitation curves are made of
 MOST_CURVES = 24  # in one figure, where there are more than MOST_CASES cases
+
+
+def wanted_figures(report: Mapping[str, Any]) -> list[str]:
+    """The kinds of figure that a study's ``report`` section asks for, in its order."""
+    asked = report.get("figures") or ALWAYS
+    return [str(kind) for kind in asked]
 
 
 def shown(results: StudyResults) -> StudyResults:
@@ -19,7 +31,7 @@ def shown(results: StudyResults) -> StudyResults:
     return replace(results, outcomes=results.outcomes[:MOST_CASES])
 
 
-def drawn(outcomes: tuple[CaseOutcome, ...]) -> tuple[CaseOutcome, ...]:
+def drawn(outcomes: Sequence[Planned]) -> Sequence[Planned]:
     """The cases that get figures of their own."""
     return outcomes[:MOST_DRAWN]
 

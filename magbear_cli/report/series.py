@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -34,6 +34,11 @@ class Labels:
                 options.setdefault(key, set()).add(_key(value))
         for method, options in seen.items():
             self._varying[method] = sorted(key for key, values in options.items() if len(values) > 1)
+
+    @property
+    def distinctions(self) -> Mapping[str, Sequence[str]]:
+        """By method, the options that tell its controllers apart; equal where all names would be."""
+        return self._varying
 
     def controller(self, outcome: CaseOutcome) -> str:
         """Its name, with the further options in which this study's controllers of that method differ."""

@@ -15,6 +15,7 @@ from magbear_cli.report.canvas import INK, PAPER, RUST, SOFT, legend_below, new_
 from magbear_cli.report.drawing import Drawing, stacked
 from magbear_cli.report.numbers import MICROMETRES, MILLISECONDS, count_text, kilograms, shortest, significant
 from magbear_cli.report.series import Labels, file_stem
+from magbear_cli.report.step_words import prefilter_text, step_text
 from magbear_cli.report.thinning import thinned
 from magbear_cli.study.outcome import CaseOutcome, StepOutcome
 
@@ -40,34 +41,6 @@ def step_drawings(outcome: CaseOutcome, outcomes: tuple[CaseOutcome, ...], label
         _drawing(steps, outcome, labels, f"step-{stem}" if len(groups) == 1 else f"step-{stem}-{number}")
         for number, steps in enumerate(groups.values(), 1)
     ]
-
-
-def prefilter_text(step: StepOutcome) -> str:
-    """``no prefilter``, or ``prefilter 20 000 rad/s, ζ = 1``."""
-    prefilter = step.scenario.get("prefilter")
-    if not prefilter:
-        return "no prefilter"
-    return f"prefilter {shortest(float(prefilter['omega_rad_s']))} rad/s, ζ = {shortest(float(prefilter['zeta']))}"
-
-
-def step_text(step: StepOutcome) -> str:
-    """What is done to the loop: ``10 µm step, nonlinear``, with what else there is."""
-    told = [f"{shortest(step.step_m * MICROMETRES)} µm step" if step.step_m else "no step", f"{step.model} model"]
-    scenario = step.scenario
-    if scenario.get("sensor"):
-        told.append("sensor dynamics")
-    if scenario.get("rotor"):
-        told.append("flexible rotor")
-    if scenario.get("gravity_m_per_s2"):
-        carried = ", carried by a bias" if scenario.get("gravity_compensation") else ""
-        told.append(f"gravity {shortest(float(scenario['gravity_m_per_s2']))} m/s²{carried}")
-    if scenario.get("current_limit_a"):
-        told.append(f"current limit {shortest(float(scenario['current_limit_a']))} A")
-    pulse = scenario.get("disturbance")
-    if pulse:
-        length = shortest(float(pulse["duration_s"]) * MILLISECONDS)
-        told.append(f"pulse of {shortest(float(pulse['force_n']))} N for {length} ms")
-    return ", ".join(told)
 
 
 def _kind(step: StepOutcome) -> str:

@@ -17,7 +17,7 @@ from magbear_cli.report.numbers import (
     significant,
 )
 from magbear_cli.report.series import Labels, file_stem, mass_ends_kg
-from magbear_cli.report.step_figure import prefilter_text, step_text
+from magbear_cli.report.step_words import prefilter_text, step_text
 from magbear_cli.report.verdict import STATUS_MARKS, STATUS_WORDS
 from magbear_cli.study.outcome import CaseOutcome, StepOutcome, StudyResults, Summary
 from magbear_cli.study.summary import repro_line

@@ -12,6 +12,7 @@ from magbear_cli.claims.comparison import Comparison
 from magbear_cli.claims.ledger import JudgedClaim
 from magbear_cli.errors import ResumableError
 from magbear_cli.report.matplotlib_home import settle_matplotlib_home
+from magbear_cli.report.sheet import Print
 from magbear_cli.spec.thesis import FigureEntry
 from magbear_cli.study.outcome import StudyResults
 
@@ -27,6 +28,7 @@ def write_report(
     directory: Path,
     *,
     processes: int = 1,
+    sheets: Iterable[Print] | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> Path:
     """Write the report of a study and answer the page's path; the same study gives the same bytes.
@@ -37,6 +39,7 @@ def write_report(
     directory : where ``index.html``, ``figures/`` and ``tables/`` go; figures of an earlier report that are not part
         of this one are taken away
     processes : that draw, where there are many figures
+    sheets : the figures in their order, where somebody has them drawn already
     progress : told the name of each figure when it is drawn
 
     Raises
@@ -47,7 +50,7 @@ def write_report(
     settle_matplotlib_home()
     from magbear_cli.report.rendering import report_files  # noqa: PLC0415 - matplotlib looks for its home when imported
 
-    return _write_all(report_files(results, processes), directory, progress)
+    return _write_all(report_files(results, processes, sheets), directory, progress)
 
 
 def write_ledger(

@@ -22,7 +22,7 @@ import shutil
 import socket
 import time
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
@@ -175,11 +175,17 @@ class RunDirectory:
             if outcome is not None:
                 yield outcome
 
-    def gather(self, cases: Sequence[Case], name: str, report: Mapping[str, Any]) -> StudyResults:
+    def gather(
+        self,
+        cases: Sequence[Case],
+        name: str,
+        report: Mapping[str, Any],
+        meanwhile: Callable[[], object] = lambda: None,
+    ) -> StudyResults:
         """Write the results file of the study as far as it was computed, and give what it holds.
 
         One case is in memory at a time. Of the first ``MOST_WHOLE`` the answer has everything, of the others all but
-        the samples.
+        the samples. ``meanwhile`` is called after each case, for what must not wait for all of them.
 
         Raises
         ------
@@ -194,6 +200,7 @@ class RunDirectory:
             for outcome in self.outcomes(cases):
                 kept.append(outcome if len(kept) < MOST_WHOLE else outcome.without_samples())
                 yield outcome
+                meanwhile()
 
         write_outcomes(self.results_path, about, passed_on(), len(cases) * self._bytes_per_case())
         return replace(about, outcomes=tuple(kept))

@@ -32,6 +32,23 @@ class Request:
 
 
 @dataclass(frozen=True)
+class Chore:
+    """A call for a worker that has no case: the function at ``MODULE:NAME`` with these arguments."""
+
+    number: int
+    target: str
+    arguments: tuple[object, ...]
+
+
+@dataclass(frozen=True)
+class ChoreDone:
+    """What a chore returned; None where it raised something."""
+
+    number: int
+    result: object
+
+
+@dataclass(frozen=True)
 class Ready:
     """The worker has imported everything and has one BLAS thread."""
 

@@ -16,9 +16,10 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from magbear_cli.errors import InputError, ResumableError, Status
+from magbear_cli.study.chores import Chores
 from magbear_cli.study.events import CaseEnded, CaseRetried, CaseStarted, Event, RunStopped
 from magbear_cli.study.plan import Case, canonical_json
-from magbear_cli.study.protocol import Answer, GarbledError, Ready, Request, StartFailed
+from magbear_cli.study.protocol import Answer, Chore, ChoreDone, GarbledError, Ready, Request, StartFailed
 from magbear_cli.study.supervision import Worker, WorkerSettings, interrupts_held
 
 if TYPE_CHECKING:
@@ -29,6 +30,8 @@ POLL_S = 0.1
 ABSENCE_S = 1.0  # a parent away for longer (stopped, or busy storing) does not charge the cases for it
 ATTEMPTS = 2
 FAILED_STARTS = 5
+CHORES_WORTH_A_START = 8  # for fewer a further worker, which takes a second to start, does not pay
+CHORE_LIMIT_S = 120.0
 
 
 @dataclass(frozen=True)
@@ -81,15 +84,16 @@ class _Desk:
     ready: bool = False
     served: int = 0
     task: _Task | None = None
+    chore: Chore | None = None
     since_s: float = field(default_factory=time.monotonic)
 
     @property
     def is_fresh(self) -> bool:
-        return self.served == 0 and self.task is None
+        return self.served == 0 and self.task is None and self.chore is None
 
     @property
     def is_idle(self) -> bool:
-        return self.ready and self.task is None
+        return self.ready and self.task is None and self.chore is None
 
 
 def available_cores() -> int:
@@ -99,13 +103,16 @@ def available_cores() -> int:
 
 
 def run_cases(
-    cases: Sequence[Case], options: RunnerOptions, should_stop: Callable[[], bool] = lambda: False
+    cases: Sequence[Case],
+    options: RunnerOptions,
+    should_stop: Callable[[], bool] = lambda: False,
+    chores: Chores | None = None,
 ) -> Generator[Event, None, None]:
     """Compute the cases and yield what happens, outcomes as they end.
 
     Equal cases are computed once and end at each of their places. ``should_stop`` is asked ten times a second; when it
     says yes, running cases get ``grace_s`` to end and the rest is left. Closing the iterator, or an exception in it,
-    kills every worker.
+    kills every worker, unless ``chores`` take them over.
 
     Raises
     ------
@@ -113,10 +120,13 @@ def run_cases(
         when workers cannot be started at all.
     """
     shift = Shift(cases, options, should_stop)
+    if chores is not None:
+        chores.lend(shift)
     try:
         yield from shift.events()
     finally:
-        shift.close()
+        if chores is None:
+            shift.close()
 
 
 class Shift:
@@ -124,6 +134,7 @@ class Shift:
 
     def __init__(self, cases: Sequence[Case], options: RunnerOptions, should_stop: Callable[[], bool]) -> None:
         """Take these cases on; nothing is started yet."""
+        self.chores = Chores()
         self.options = options
         self.should_stop = should_stop
         self.waiting: deque[_Task] = deque()
@@ -160,6 +171,22 @@ class Shift:
             yield from happened
             happened = list(self._watch())
         yield from happened
+
+    def do_chores(self, patience_s: float | None) -> None:
+        """Hand out and take in chores, for so long (None: until something happens); there are no more cases.
+
+        Raises
+        ------
+        ResumableError
+            when workers cannot be started.
+        """
+        self.waiting.clear()
+        self.retries.clear()
+        for desk in self._busy():  # of a run that was stopped
+            self._dismiss(desk)
+        self._staff()
+        for _ in (*self._hand_out(), *self._watch(POLL_S if patience_s is None else patience_s)):
+            """Nothing but chores is done, and they are no events."""
 
     def close(self) -> None:
         """Kill every worker; a second interruption cannot stop this half-way."""
@@ -198,7 +225,7 @@ class Shift:
         """Start the workers that the waiting cases can use; a case that lost its worker gets a new one."""
         used = [desk for desk in self.desks if desk.is_idle and desk.served]
         fresh = sum(desk.is_fresh for desk in self.desks)
-        wanted = len(self.retries) + max(0, len(self.waiting) - len(used))
+        wanted = len(self.retries) + max(0, len(self.waiting) - len(used)) or self._helpers_wanted(fresh)
         if self.retries and not fresh and used and len(self.desks) >= self.options.jobs:
             self._dismiss(used[0])
         while fresh < wanted and len(self.desks) < self.options.jobs:
@@ -208,6 +235,11 @@ class Shift:
                 except OSError as error:
                     raise ResumableError(f"a worker process cannot be started: {error.strerror}") from error
             fresh += 1
+
+    def _helpers_wanted(self, fresh: int) -> int:
+        """How many workers more would be of use to the chores, which have those that are there."""
+        there = len(self.desks) - fresh
+        return max(len(self.chores) // CHORES_WORTH_A_START - there, int(there == 0 and len(self.chores) > 0))
 
     def _dismiss(self, desk: _Desk) -> None:
         """Close a worker; noted as gone only after it is."""
@@ -223,12 +255,20 @@ class Shift:
             elif self.waiting:
                 task = self.waiting.popleft()
             else:
+                self._hand_out_chore(desk)
                 continue
             task.attempts += 1
             desk.task, desk.since_s = task, time.monotonic()
             desk.worker.forget_printed()
             desk.worker.send(Request(task.case.id, task.case.index, canonical_json(task.case.inputs)))
             yield CaseStarted(task.case, task.attempts, desk.worker.pid)
+
+    def _hand_out_chore(self, desk: _Desk) -> None:
+        desk.chore = self.chores.take()
+        if desk.chore is not None:
+            desk.since_s = time.monotonic()
+            desk.worker.forget_printed()
+            desk.worker.send(desk.chore)
 
     def _watch(self, patience_s: float = POLL_S) -> Iterator[Event]:
         """Wait for something to happen, then look at every worker: its words first, its limits after."""
@@ -251,6 +291,10 @@ class Shift:
         for message in messages:
             if isinstance(message, Ready) and not desk.ready:
                 desk.ready, self.failed_starts = True, 0
+            elif isinstance(message, ChoreDone) and desk.chore and message.number == desk.chore.number:
+                self.chores.end(message.number, message.result)
+                desk.chore = None
+                desk.served += 1
             elif isinstance(message, StartFailed):
                 raise ResumableError(f"the worker processes cannot start: {message.sentence}")
             elif isinstance(message, Answer) and desk.task and message.case_id == desk.task.case.id:
@@ -283,7 +327,9 @@ class Shift:
         """A worker is gone or not to be trusted; its case, if it had one, is tried once more."""
         task, elapsed_s = desk.task, time.monotonic() - desk.since_s
         self._dismiss(desk)
-        if task:
+        if desk.chore:
+            self.chores.end(desk.chore.number, None)
+        elif task:
             yield from self._try_again(task, cause, desk.worker.printed_tail, elapsed_s)
         elif not desk.ready:
             self._count_failed_start(cause, desk.worker.printed_tail)
@@ -311,7 +357,9 @@ class Shift:
             self._dismiss(desk)
             outcome = failed_outcome(task.case, Status.TIMEOUT, f"stopped at its time limit of {limit_s:g} s")
             yield from self._end(task, outcome, desk.worker.printed_tail, elapsed_s)
-        elif task and memory_bytes is not None and desk.worker.resident_bytes() > memory_bytes:
+        elif desk.chore and elapsed_s > CHORE_LIMIT_S:
+            yield from self._lose(desk, "")
+        elif (task or desk.chore) and memory_bytes is not None and desk.worker.resident_bytes() > memory_bytes:
             cause = f"the case grew past its memory limit of {memory_bytes / (1 << 30):.3g} GiB"
             yield from self._lose(desk, cause)
 

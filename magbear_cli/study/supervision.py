@@ -58,7 +58,7 @@ class Worker:
         self.started_s = time.monotonic()
         self._selector = selector
         self._reader = FrameReader()
-        self._outgoing = b""
+        self._outgoing = bytearray()
         self._printed = bytearray()
         self._socket, theirs = socket.socketpair()
         with theirs:
@@ -156,11 +156,11 @@ class Worker:
         try:
             while self._outgoing:
                 sent = self._socket.send(self._outgoing)
-                self._outgoing = self._outgoing[sent:]
+                del self._outgoing[:sent]
         except BlockingIOError:
             pass
         except OSError:  # it died; its end of the socket tells
-            self._outgoing = b""
+            self._outgoing.clear()
         wanted = selectors.EVENT_READ | (selectors.EVENT_WRITE if self._outgoing else 0)
         if self._selector.get_key(self._socket).events != wanted:
             self._selector.modify(self._socket, wanted, self)

@@ -24,7 +24,16 @@ from typing import Any
 
 from magbear_cli.errors import MagbearError
 from magbear_cli.study import guardian
-from magbear_cli.study.protocol import Answer, FrameReader, Ready, Request, StartFailed, pack_frame
+from magbear_cli.study.protocol import (
+    Answer,
+    Chore,
+    ChoreDone,
+    FrameReader,
+    Ready,
+    Request,
+    StartFailed,
+    pack_frame,
+)
 
 Target = Callable[[dict[str, Any], str, int], Any]
 
@@ -78,8 +87,7 @@ def _limit_resources(memory_bytes: int) -> None:
 
 def _load(target: str, warm: list[str]) -> Target:
     """Import what the cases need, once, and make sure that no numerical library brought threads along."""
-    module_name, _, function_name = target.partition(":")
-    function: Target = getattr(importlib.import_module(module_name), function_name)
+    function: Target = _named(target)
     for name in warm:
         try:
             importlib.import_module(name)
@@ -93,10 +101,20 @@ def _load(target: str, warm: list[str]) -> Target:
     return function
 
 
+def _named(target: str) -> Callable[..., Any]:
+    """The function at ``MODULE:NAME``."""
+    module_name, _, function_name = target.partition(":")
+    function: Callable[..., Any] = getattr(importlib.import_module(module_name), function_name)
+    return function
+
+
 def _serve(connection: socket.socket, function: Target) -> None:
     reader = FrameReader()
     while received := connection.recv(1 << 16):
         for request in reader.messages(received):
+            if isinstance(request, Chore):
+                connection.sendall(_chore_done(request))
+                continue
             if not isinstance(request, Request):
                 return
             answer = _answer(request, function)
@@ -118,6 +136,14 @@ def _answer(request: Request, function: Target) -> Answer:
         unusable = not isinstance(error, Exception)
         return Answer(request.case_id, None, _sentence_of(error), traceback.format_exc(), retire=unusable)
     return Answer(request.case_id, outcome)
+
+
+def _chore_done(chore: Chore) -> bytes:
+    """What came of a chore; nothing, where it raises or its result cannot leave the process."""
+    try:
+        return pack_frame(ChoreDone(chore.number, _named(chore.target)(*chore.arguments)))
+    except Exception:  # noqa: BLE001 - who asked does it in another way, and meets the same error where it can be told
+        return pack_frame(ChoreDone(chore.number, None))
 
 
 def _seed_generators(case_id: str) -> None:

@@ -148,3 +148,9 @@ ACTS: dict[str, Callable[[str], object]] = {
     "number": _number,
     "lambda": _lambda,
 }
+
+
+def chore(name: str, argument: str) -> object:
+    """Do an act that has no case, and answer with what was asked."""
+    result = ACTS[name](argument)
+    return (name, argument, os.getpid()) if result is None else result
