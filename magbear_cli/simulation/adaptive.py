@@ -131,7 +131,6 @@ def _statistics(run: March, outputs: Floats) -> dict[str, float]:
     )
     return {
         "steps": float(len(run.widths)),
-        "rejected": float(run.rejected),
         "switchings": float(run.switchings),
         "adapting_share": float(run.adapting_s / run.time_s),
         "largest_error_m": position.largest(0.0, 1.0),
