@@ -128,7 +128,8 @@ def split(matrix: Matrix, axis: int) -> Parts:
 def _times(a: Matrix, b: Matrix) -> Matrix:
     """A B; of a real and a complex matrix without making the real one complex."""
     if np.iscomplexobj(a) or not np.iscomplexobj(b):
-        return np.asarray(a @ b)
+        product: Matrix = np.matmul(a, b)
+        return product
     return np.asarray((a @ np.ascontiguousarray(b).view(float)).view(complex), dtype=complex)
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
+from functools import partial
 from math import ceil, floor, isfinite, log2
 from typing import Any
 
@@ -35,6 +36,7 @@ from magbear_cli.simulation.integration import LARGEST_CURRENT_A
 from magbear_cli.simulation.trajectory import End
 
 Floats = NDArray[np.float64]
+Point = tuple[float, float]  # place and value
 
 ROUNDING = float(np.finfo(float).eps)
 RELATIVE_TOLERANCE = 1e-8
@@ -48,6 +50,7 @@ FIRST_RAD = 8.0  # of the fastest oscillation of the linear part in the first st
 MOST_DOUBLINGS = 3  # of the width from one step to the next
 INVERSE_POINTS = 5  # to find where something happens
 FOUND = 1e-9  # of a step: within so little what is looked at is straight to rounding
+DOUBT, DIP_STEPS = 0.1, 8  # of the variation between fine points, what a parabola's least value may be wrong by
 NARROWEST_S = 1e-12  # no rotor moves so fast, and the powers of a width in the polynomials are still numbers
 
 
@@ -222,13 +225,16 @@ def _cut(run: March, watched: Floats) -> tuple[float, Happening | None]:
     values = watched.dot(at_fine())
     fine = np.array([_distance(run, row, values) for row in range(7)])
     beyond = fine[:, 1:] < 0.0  # a step begins where the one before happened, to rounding on either side of it
-    if not beyond.any():
+    found = []
+    if beyond.any():
+        first = int(beyond.any(axis=0).argmax()) + 1
+        found = [
+            (_crossing(run, watched, row, first, fine[row].tolist()), row)
+            for row in np.flatnonzero(beyond[:, first - 1]).tolist()
+        ]
+    found += _dips(run, watched, fine)
+    if not found:
         return 1.0, None
-    first = int(beyond.any(axis=0).argmax())
-    found = [
-        (_crossing(run, watched, row, first + 1, fine[row].tolist()), row)
-        for row in np.flatnonzero(beyond[:, first]).tolist()
-    ]
     until, row = min(found)
     return until, Happening(min(row, Happening.CONTACT))
 
@@ -240,13 +246,56 @@ def _crossing(run: March, watched: Floats, row: int, right: int, distances: list
     """
     if not distances[right - 1] > 0.0:
         return float(FINE[right])
-    near = range(max(0, right - 3), min(FINE.size, right + 2))
+    near = [(float(FINE[at]), distances[at]) for at in range(max(0, right - 3), min(FINE.size, right + 2))]
+    return first_zero(partial(_distance_at, run, watched, row), near, (float(FINE[right - 1]), float(FINE[right])))
 
-    def distance(place: float) -> float:
-        return float(_distance(run, row, watched.dot(at_knots_of(place)).tolist()))
 
-    ends = float(FINE[right - 1]), float(FINE[right])
-    return first_zero(distance, [(float(FINE[at]), distances[at]) for at in near], ends)
+def _dips(run: March, watched: Floats, fine: Floats) -> list[tuple[float, int]]:
+    """Where a distance falls below zero and is back before the next fine point: it is least near some fine point.
+
+    Whether it may is told by the parabola through that point and its neighbours, with some doubt of it; whether it does
+    by the polynomials.
+    """
+    left, middle, right = fine[:, :-2], fine[:, 1:-1], fine[:, 2:]
+    least = (middle <= left) & (middle <= right) & (middle >= 0.0)
+    if not least.any():
+        return []
+    rows, at = np.nonzero(least)
+    before, there, after = left[rows, at], middle[rows, at], right[rows, at]
+    bend = before + after - 2.0 * there
+    found = []
+    for each in np.flatnonzero(8.0 * (there - DOUBT * bend) * bend < (after - before) ** 2).tolist():
+        row, point = int(rows[each]), at[each] + np.arange(3)
+        known = list(zip(FINE[point].tolist(), fine[rows[each], point].tolist(), strict=True))
+        dip = _below_zero(partial(_distance_at, run, watched, row), known)
+        if dip is not None and dip[0][1] > 0.0:
+            within = dip[0][0], dip[1][0]
+            found.append((first_zero(partial(_distance_at, run, watched, row), dip, within), row))
+    return found
+
+
+def _below_zero(function: Callable[[float], float], known: list[Point]) -> tuple[Point, Point] | None:
+    """A place where a function is negative, near its least value within three known points, and the point before it."""
+    points = list(known)
+    for _ in range(DIP_STEPS):
+        (a, u), (b, v), (c, w) = points
+        first, second = (v - u) / (b - a), (w - v) / (c - b)
+        if not second > first:
+            return None
+        place = 0.5 * (a + b) - 0.5 * first * (c - a) / (second - first)
+        if not a < place < c or place == b:
+            return None
+        value = function(place)
+        points = sorted([*points, (place, value)])
+        at = min(range(1, 3), key=lambda one: points[one][1])
+        if points[at][1] < 0.0:
+            return points[at - 1], points[at]
+        points = points[at - 1 : at + 2]
+    return None
+
+
+def _distance_at(run: March, watched: Floats, row: int, place: float) -> float:
+    return float(_distance(run, row, watched.dot(at_knots_of(place)).tolist()))
 
 
 def first_zero(

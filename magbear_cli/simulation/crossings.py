@@ -32,17 +32,18 @@ def crossings(curve: PPoly, levels: ArrayLike) -> list[Floats]:
     level passes it nowhere.
     """
     heights = np.atleast_1d(np.asarray(levels, dtype=float))
-    begin, width, one = curve.x[:-1], np.diff(curve.x), _by_fraction(curve)
-    every = np.repeat(one[:, None], heights.size, axis=1)  # (degree + 1, levels, pieces)
-    every[0] -= heights[:, None]
-    powers = every.reshape(one.shape[0], -1)
-    parts = _parts(powers)
-    own, left, right, rises = _isolated(*parts)
-    level, piece = np.divmod(own, width.size)
-    time = begin[piece] + width[piece] * _refined(powers[:, own], left, right, rises)
-    jump_level, jump_time = _jumps(every, begin)
+    begin, width, powers = curve.x[:-1], np.diff(curve.x), _by_fraction(curve)
+    form, own, left = _parts(powers)
+    within = (form.min(axis=0) <= heights[:, None]) & (form.max(axis=0) >= heights[:, None])
+    level, at = np.nonzero(within)  # only there may the level be passed
+    which, before, after, rises = _isolated(form[:, at] - heights[level], np.arange(at.size), left[at])
+    level, piece = level[which], own[at[which]]
+    shifted = powers[:, piece]
+    shifted[0] -= heights[level]
+    time = begin[piece] + width[piece] * _refined(shifted, before, after, rises)
+    jump_level, jump_time = _jumps(powers, heights, begin)
     level, time = np.concatenate([level, jump_level]), np.concatenate([time, jump_time])
-    return [np.sort(time[level == at]) for at in range(heights.size)]
+    return [np.sort(time[level == one]) for one in range(heights.size)]
 
 
 def extremes(curve: PPoly) -> tuple[float, float]:
@@ -78,9 +79,9 @@ def _parts(powers: Floats) -> tuple[Floats, Indices, Floats]:
     return form.reshape(count, -1), np.tile(np.arange(pieces), PARTS), np.repeat(np.arange(PARTS) / PARTS, pieces)
 
 
-def _jumps(powers: Floats, begin: Floats) -> tuple[Indices, Floats]:
+def _jumps(powers: Floats, heights: Floats, begin: Floats) -> tuple[Indices, Floats]:
     """Levels and times where the sign changes between the end of one piece and the beginning of the next."""
-    before, after = powers.sum(axis=0)[:, :-1], powers[0][:, 1:]
+    before, after = powers.sum(axis=0)[:-1] - heights[:, None], powers[0, 1:] - heights[:, None]
     level, piece = np.nonzero(before * after < 0.0)
     return level, begin[piece + 1]
 

@@ -62,8 +62,13 @@ def test_every_step_fulfils_the_differential_equation(half_bearing: Bearing, nam
             assert (np.abs((high - low) / (2.0 * small) - expected) <= 1e-5 * size).all()
 
 
-@pytest.mark.parametrize("trigger", Trigger)
-@pytest.mark.parametrize("name", ["rigid", "elastic", "sensor and prefilter"])
+@pytest.mark.parametrize(
+    ("name", "trigger"),
+    [  # not the elastic rotor by its state: that dips below the border for 70 ns, which the other method cannot see
+        ("rigid", Trigger.POSITION), ("rigid", Trigger.STATE), ("elastic", Trigger.POSITION),
+        ("sensor and prefilter", Trigger.POSITION), ("sensor and prefilter", Trigger.STATE),
+    ],
+)  # fmt: skip
 def test_it_agrees_with_an_integration_between_the_events(half_bearing: Bearing, name: str, trigger: Trigger) -> None:
     """From each switching to the next, the equation integrated by another method ends in the same state."""
     law = replace(LAW, gamma=1e7, trigger=trigger)
@@ -78,7 +83,9 @@ def test_it_agrees_with_an_integration_between_the_events(half_bearing: Bearing,
 
         event.terminal, event.direction = True, -1.0 if adapting else 1.0  # type: ignore[attr-defined]
         rates = loop.derivative(pulse_n=0.0, centre=centre, adapting=adapting)
-        answer = solve_ivp(rates, (now, 0.02), state, method="DOP853", rtol=1e-11, atol=1e-18, events=event)
+        answer = solve_ivp(  # in narrow steps, as it looks for events at their ends alone
+            rates, (now, 0.02), state, method="DOP853", rtol=1e-11, atol=1e-18, events=event, max_step=1e-5
+        )
         now, state, adapting = answer.t[-1], answer.y[:, -1].copy(), not adapting
         if answer.status != 1:
             break
@@ -167,6 +174,36 @@ def test_a_zero_is_found_however_steep(root: float, power: int, scale: float) ->
     ]
     within = float(FINE[right - 1]), float(FINE[min(right, FINE.size - 1)])
     assert first_zero(function, points, within) == pytest.approx(root, abs=1e-12)
+
+
+def test_a_short_dip_below_the_border_is_seen(half_bearing: Bearing) -> None:
+    """With the elastic rotor the norm of the state is below the inner border for 70 ns, in a step of 2 ms."""
+    loop = close_adaptive_loop(half_bearing, replace(LAW, gamma=1e7, trigger=Trigger.STATE), SCENARIOS["elastic"])
+    run = march(loop, 0.02)
+    assert run.switchings == 3
+    off = [end - start for start, end, at in zip(run.starts, run.ends, run.knots, strict=True) if not np.ptp(at[-3])]
+    assert off[-1] == pytest.approx(71.6e-9, rel=1e-2)
+
+
+@pytest.mark.parametrize("gamma", [1e7, 3e8])
+def test_no_crossing_of_the_border_goes_unseen(half_bearing: Bearing, gamma: float) -> None:
+    """Within a step the error stays on its side of the border, on a look ten times finer than the march's own."""
+    law = replace(LAW, gamma=gamma, trigger=Trigger.STATE)
+    loop = close_adaptive_loop(half_bearing, law, replace(STEP, step_m=1e-5))
+    run = march(loop, 0.02)
+    assert run.switchings > 2
+    for start, end, width, knots_of in zip(run.starts, run.ends, run.widths, run.knots, strict=True):
+        places = np.linspace(0.0, (end - start) / width, 1001)
+        norm = loop.error_norm(knots_of @ at_knots_of_many(places).T)
+        if np.ptp(knots_of[-3]) > 0.0:
+            assert norm.min() >= law.inner_m * (1.0 - 1e-3)
+        else:
+            assert norm.max() <= law.outer_m * (1.0 + 1e-3)
+
+
+def at_knots_of_many(places: np.ndarray) -> np.ndarray:
+    """The weights of the knots at many places, (places, knots)."""
+    return np.array([at_knots_of(place) for place in places])
 
 
 def test_too_many_switchings_are_chattering(half_bearing: Bearing, monkeypatch: pytest.MonkeyPatch) -> None:
