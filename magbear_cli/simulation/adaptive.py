@@ -84,7 +84,7 @@ def _response(run: March) -> StepResponse:
             np.zeros(1), rest, nothing, rest, nothing, nothing, run.end, run.sentence, metrics, {"steps": 0.0}
         )
     limit = scenario.current_limit_a or np.inf
-    outputs = np.einsum("oi,kij->okj", run.loop.c, np.stack(run.knots)[:, : run.loop.order])
+    outputs = (run.loop.c @ np.stack(run.knots)[:, : run.loop.order]).transpose(1, 0, 2)  # (7, steps, knots)
     outputs += scenario.step_m * run.loop.feed[:, None, None]
     current = run.loop.magnets.standing_current_a + np.stack(run.demands)
     curves = [_curve(run, values) for values in (outputs[AT_SENSOR], current, outputs[MODEL])]

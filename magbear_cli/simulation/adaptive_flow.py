@@ -64,7 +64,7 @@ class Flows:
 
     loop: AdaptiveLoop
     _known: dict[tuple[float, bool], Flow] = field(default_factory=dict)
-    _states: dict[float, Floats] = field(default_factory=dict)
+    _states: dict[float, Floats] = field(default_factory=dict)  # the same in both states of the switch
 
     def over(self, width_s: float, *, adapting: bool) -> Flow:
         """The flow of a width and a state of the switch."""

@@ -232,7 +232,7 @@ def _cut(run: March, watched: Floats) -> tuple[float, Happening | None]:
             (_crossing(run, watched, row, first, fine[row].tolist()), row)
             for row in np.flatnonzero(beyond[:, first - 1]).tolist()
         ]
-    found += _dips(run, watched, fine)
+    found += _dips(run, watched, fine[: Happening.CONTACT])
     if not found:
         return 1.0, None
     until, row = min(found)
@@ -257,10 +257,10 @@ def _dips(run: March, watched: Floats, fine: Floats) -> list[tuple[float, int]]:
     by the polynomials.
     """
     left, middle, right = fine[:, :-2], fine[:, 1:-1], fine[:, 2:]
-    least = (middle <= left) & (middle <= right) & (middle >= 0.0)
-    if not least.any():
+    least = (middle < left) & (middle <= right) & (middle >= 0.0)  # not where a border is infinitely far
+    rows, at = least.nonzero()
+    if not rows.size:
         return []
-    rows, at = np.nonzero(least)
     before, there, after = left[rows, at], middle[rows, at], right[rows, at]
     bend = before + after - 2.0 * there
     found = []

@@ -27,7 +27,7 @@ from magbear_cli.simulation.collocation import radau_points
 Floats = NDArray[np.float64]
 
 NEWTON_STEPS = 12
-_IDENTITY, _ONE = np.eye(STAGES), np.ones(1)
+_IDENTITY, _ONE, _TINY = np.eye(STAGES), np.ones(1), float(np.finfo(float).tiny)
 RUNAWAY_N = 1e12  # a change of the forces beyond this is no solution
 
 
@@ -101,16 +101,12 @@ def relative_error(knots: Floats, absolute: Floats, relative: float) -> float:
     """The error of the polynomials through the knots, over what is allowed: absolute (n + 3,) and relative ones.
 
     It is the size that the first coefficients of Legendre's series left out would have, if they went on as the last
-    two pairs do (in pairs, as every other may be zero).
+    two pairs do (in pairs, as every other may be zero), in the state where that is worst.
     """
     last = np.abs(knots.dot(highest_degrees()))
-    last /= (absolute + relative * np.abs(knots).max(axis=1))[:, None]
-    pairs = last.max(axis=0).tolist()
-    return _carried_on(max(pairs[:2]), max(pairs[2:]))
-
-
-def _carried_on(before: float, last: float) -> float:
-    return last * last / before if last < before else last
+    before, end = np.maximum(last[:, 0], last[:, 1]), np.maximum(last[:, 2], last[:, 3])
+    end *= end / np.maximum(np.maximum(before, end), _TINY)
+    return float((end / (absolute + relative * np.abs(knots).max(axis=1))).max())
 
 
 def carried_on(forces: Floats, place: float, ratio: float) -> Floats:
