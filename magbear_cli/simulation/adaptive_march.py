@@ -48,8 +48,9 @@ LEFT = 1e-4  # of the gap: so near to a magnet the rotor has touched it
 NEAR = 0.98  # of the gap: a step that cannot be made beyond this is contact
 FIRST_RAD = 8.0  # of the fastest oscillation of the linear part in the first step
 MOST_DOUBLINGS = 3  # of the width from one step to the next
-INVERSE_POINTS = 5  # to find where something happens
-FOUND = 1e-9  # of a step: within so little what is looked at is straight to rounding
+INVERSE_POINTS = 4  # to find where something happens
+HALVED_EVERY = 4  # evaluations: in an interval so often halved nothing creeps
+NEAR_BY, FOUND = 1e-5, 1e-9  # of a step: a secant so short tells the slope, and a move so small is followed by rounding
 DOUBT, DIP_STEPS = 0.1, 8  # of the variation between fine points, what a parabola's least value may be wrong by
 NARROWEST_S = 1e-12  # no rotor moves so fast, and the powers of a width in the polynomials are still numbers
 
@@ -246,7 +247,7 @@ def _crossing(run: March, watched: Floats, row: int, right: int, distances: list
     """
     if not distances[right - 1] > 0.0:
         return float(FINE[right])
-    near = [(float(FINE[at]), distances[at]) for at in range(max(0, right - 3), min(FINE.size, right + 2))]
+    near = [(float(FINE[at]), distances[at]) for at in range(max(0, right - 2), min(FINE.size, right + 2))]
     return first_zero(partial(_distance_at, run, watched, row), near, (float(FINE[right - 1]), float(FINE[right])))
 
 
@@ -303,30 +304,31 @@ def first_zero(
 ) -> float:
     """A zero of a smooth function between two places where it changes from positive to negative.
 
-    By inverse interpolation through known points (place, value), each answer becoming one of them. An answer is
-    believed when the sign is found to change within ``FOUND`` of it; else the interval is halved.
+    By inverse interpolation through known points (place, value), each answer becoming one of them, until the secant
+    through two places near each other moves the last one by less than ``FOUND``; where interpolation leads astray or
+    gets on slowly, by halving the interval.
     """
-    known, (left, right) = list(points), within
-    believed = True
+    known, (left, right), last, creeps = list(points), within, None, 0
     while right - left > ROUNDING:
-        place = _inverse(known) if believed else np.nan
-        if not left < place < right:
+        place = _inverse(known)
+        if creeps == HALVED_EVERY or not left < place < right:
             place = 0.5 * (left + right)
         value = function(place)
         left, right = (place, right) if value > 0.0 else (left, place)
-        nearest = min(abs(place - point[0]) for point in known)
-        known = sorted([*known, (place, value)], key=lambda point: abs(point[1]))[:INVERSE_POINTS]
-        believed = True
         if value == 0.0:
             return place
-        if nearest < FOUND:
-            other = min(place + FOUND, right) if value > 0.0 else max(place - FOUND, left)
-            opposite = function(other)
-            if (opposite > 0.0) != (value > 0.0):
-                return place + value / (value - opposite) * (other - place)
-            left, right = (other, right) if opposite > 0.0 else (left, other)
-            believed = False
+        if last is not None and abs(place - last[0]) < NEAR_BY and value != last[1]:
+            move = -value * (place - last[0]) / (value - last[1])
+            if abs(move) < FOUND and left - FOUND < place + move < right + FOUND:
+                return place + move
+        last = place, value
+        creeps = creeps % HALVED_EVERY + 1
+        known = sorted([*known, last], key=_size)[:INVERSE_POINTS]
     return right
+
+
+def _size(point: Point) -> float:
+    return abs(point[1])
 
 
 def _inverse(points: Sequence[tuple[float, float]]) -> float:
