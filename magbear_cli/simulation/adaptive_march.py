@@ -152,6 +152,10 @@ def _step(run: March, end_s: float, pulse_n: float) -> None:
         run.ends.append(time)
         run.knots.append(knots)
         run.demands.append(watched[6])
+    else:
+        run.rejected += (
+            1  # something happened at once: a step all the same, or two borders could turn it round for ever
+        )
     run.adapting_s += (time - run.time_s) * run.adapting
     run.state = knots[:, -1] if until == 1.0 else knots.dot(at_knots_of(until))
     run.time_s, run.place = time, until
