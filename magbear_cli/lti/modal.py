@@ -47,29 +47,36 @@ class ModalForm:
         """
         count, shape = self.poles_rad_s.size, (self.outputs.shape[0], self.inputs.shape[1])
         residues = (self.outputs.T[:, :, None] * self.inputs[:, None, :]).reshape(count, -1)
-        decay = -(self.poles_rad_s.real + self.poles_rest_rad_s.real)
-        with_square = np.hstack([decay[:, None] * residues.real, decay[:, None] * residues.imag])
-        with_difference = np.hstack([residues.imag, -residues.real])
+        decay = -(self.poles_rad_s.real + self.poles_rest_rad_s.real)[:, None]
+        with_square = np.hstack([decay * residues.real, decay * residues.imag]).T
+        with_difference = np.hstack([residues.imag, -residues.real]).T
         into, out_of = np.abs(self.inputs).max(axis=1), np.abs(self.outputs).max(axis=0)
         row, column = _majorant(self.defect)
-        weights = np.stack([into * out_of, out_of * row, column * into], axis=1)
-        response, error = np.empty((omega_rad_s.size, *shape), dtype=complex), np.empty(omega_rad_s.size)
+        weights = np.stack([into * out_of, out_of * row, column * into])
+        entries, rough = np.empty((2, residues.shape[1], omega_rad_s.size)), np.empty((3, omega_rad_s.size))
+        decay_square, position, rest = (
+            decay * decay,
+            self.poles_rad_s.imag[:, None],
+            self.poles_rest_rad_s.imag[:, None],
+        )
         for start in range(0, omega_rad_s.size, AT_ONCE):
             part = slice(start, start + AT_ONCE)
             with np.errstate(all="ignore"):
                 # 1/(jω − λ) = (decay − j difference)/(decay² + difference²): real numbers, a third of the time
-                difference = omega_rad_s[part, None] - self.poles_rad_s.imag
-                difference -= self.poles_rest_rad_s.imag
+                difference = omega_rad_s[part] - position
+                difference -= rest
                 square = difference * difference
-                square += decay * decay
+                square += decay_square
                 np.reciprocal(square, out=square)
                 difference *= square
-                halves = square @ with_square + difference @ with_difference
-                response[part].real, response[part].imag = (
-                    half.reshape(-1, *shape) for half in np.split(halves, 2, axis=1)
+                entries[:, :, part] = (with_square @ square + with_difference @ difference).reshape(
+                    2, -1, square.shape[1]
                 )
-                terms, left, right = (np.sqrt(square, out=square) @ weights).T
-                error[part] = OPERATIONS * ROUNDING * terms + left * right
+                rough[:, part] = weights @ np.sqrt(square, out=square)
+        with np.errstate(all="ignore"):
+            error = OPERATIONS * ROUNDING * rough[0] + rough[1] * rough[2]
+        response = np.empty((omega_rad_s.size, *shape), dtype=complex)
+        response.real, response.imag = (half.T.reshape(-1, *shape) for half in entries)
         return response, np.where(np.isfinite(error), error, np.inf)
 
 
