@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import block_diag
 
 from magbear_cli.errors import NumericsError
 from magbear_cli.lti.state_space import StateSpace
@@ -116,7 +115,10 @@ def _rcond(matrix: NDArray[np.float64]) -> float:
 
 
 def _diagonal(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.asarray(block_diag(first, second), dtype=float)
+    (p, m), (q, n) = first.shape, second.shape  # a loop of a few states is closed by a dozen of these
+    both = np.zeros((p + q, m + n))
+    both[:p, :m], both[p:, m:] = first, second
+    return both
 
 
 def _require(fits: bool, name: str, first: StateSpace, second: StateSpace) -> None:  # noqa: FBT001 - a private guard

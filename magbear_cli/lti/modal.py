@@ -45,21 +45,38 @@ class ModalForm:
 
         The estimate is infinite where jω is a pole.
         """
-        residues = self.outputs.T[:, :, None] * self.inputs[:, None, :]  # (n, p, m)
+        count, shape = self.poles_rad_s.size, (self.outputs.shape[0], self.inputs.shape[1])
+        residues = (self.outputs.T[:, :, None] * self.inputs[:, None, :]).reshape(count, -1)
+        decay = -(self.poles_rad_s.real + self.poles_rest_rad_s.real)[:, None]
+        with_square = np.hstack([decay * residues.real, decay * residues.imag]).T
+        with_difference = np.hstack([residues.imag, -residues.real]).T
         into, out_of = np.abs(self.inputs).max(axis=1), np.abs(self.outputs).max(axis=0)
         row, column = _majorant(self.defect)
-        weights = np.stack([into * out_of, out_of * row, column * into], axis=1)
-        response, error = np.empty((omega_rad_s.size, *residues.shape[1:]), dtype=complex), np.empty(omega_rad_s.size)
+        weights = np.stack([into * out_of, out_of * row, column * into])
+        entries, rough = np.empty((2, residues.shape[1], omega_rad_s.size)), np.empty((3, omega_rad_s.size))
+        decay_square, position, rest = (
+            decay * decay,
+            self.poles_rad_s.imag[:, None],
+            self.poles_rest_rad_s.imag[:, None],
+        )
         for start in range(0, omega_rad_s.size, AT_ONCE):
             part = slice(start, start + AT_ONCE)
             with np.errstate(all="ignore"):
-                away = np.empty((omega_rad_s[part].size, into.size), dtype=complex)  # jω − λ
-                away.real = -(self.poles_rad_s.real + self.poles_rest_rad_s.real)
-                away.imag = (omega_rad_s[part, None] - self.poles_rad_s.imag) - self.poles_rest_rad_s.imag
-                lag = 1.0 / away
-                response[part] = (lag @ residues.reshape(into.size, -1)).reshape(-1, *residues.shape[1:])
-                terms, left, right = (np.abs(lag) @ weights).T
-                error[part] = OPERATIONS * ROUNDING * terms + left * right
+                # 1/(jω − λ) = (decay − j difference)/(decay² + difference²): real numbers, a third of the time
+                difference = omega_rad_s[part] - position
+                difference -= rest
+                square = difference * difference
+                square += decay_square
+                np.reciprocal(square, out=square)
+                difference *= square
+                entries[:, :, part] = (with_square @ square + with_difference @ difference).reshape(
+                    2, -1, square.shape[1]
+                )
+                rough[:, part] = weights @ np.sqrt(square, out=square)
+        with np.errstate(all="ignore"):
+            error = OPERATIONS * ROUNDING * rough[0] + rough[1] * rough[2]
+        response = np.empty((omega_rad_s.size, *shape), dtype=complex)
+        response.real, response.imag = (half.T.reshape(-1, *shape) for half in entries)
         return response, np.where(np.isfinite(error), error, np.inf)
 
 
@@ -115,7 +132,15 @@ def split(matrix: Matrix, axis: int) -> Parts:
     return first, second, (matrix - first) - second
 
 
-def accurate_product(a: Parts, b: Parts, multiply: Callable[[Matrix, Matrix], Matrix] = np.matmul) -> Parts:
+def _times(a: Matrix, b: Matrix) -> Matrix:
+    """A B; of a real and a complex matrix without making the real one complex."""
+    if np.iscomplexobj(a) or not np.iscomplexobj(b):
+        product: Matrix = np.matmul(a, b)
+        return product
+    return np.asarray((a @ np.ascontiguousarray(b).view(float)).view(complex), dtype=complex)
+
+
+def accurate_product(a: Parts, b: Parts, multiply: Callable[[Matrix, Matrix], Matrix] = _times) -> Parts:
     """A B to three times the precision, as the sum of an exact matrix, a smaller exact one and a small one.
 
     The products of leading parts are exact where A is split along its rows and B along its columns (Ozaki, Ogita, Oishi
@@ -133,10 +158,12 @@ def accurate_difference(first: Parts, second: Parts) -> Matrix:
 
 def _leading(matrix: Matrix, axis: int) -> Matrix:
     """The leading bits of the entries, on one grid for all real and imaginary parts along an axis."""
-    parts = [matrix.real, matrix.imag] if np.iscomplexobj(matrix) else [matrix]
-    largest = np.max([np.abs(part).max(axis=axis, keepdims=True) for part in parts], axis=0)
+    largest = np.abs(matrix.real).max(axis=axis, keepdims=True)
+    if np.iscomplexobj(matrix):
+        largest = np.maximum(largest, np.abs(matrix.imag).max(axis=axis, keepdims=True))
     unit = np.exp2(np.ceil(np.log2(np.where(largest > 0.0, largest, 1.0))) + (52 - LEADING_BITS)) * 1.5
-    leading = [(part + unit) - unit for part in parts]
-    if len(parts) == 2:
-        return np.asarray(leading[0] + 1j * leading[1], dtype=complex)
-    return np.asarray(leading[0], dtype=float)
+    leading = np.empty_like(matrix)
+    leading.real = (matrix.real + unit) - unit
+    if np.iscomplexobj(matrix):
+        leading.imag = (matrix.imag + unit) - unit
+    return leading

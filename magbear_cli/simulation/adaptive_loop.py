@@ -37,7 +37,8 @@ COEFFICIENTS = 3  # C0, C1 over the position, C1 over the speed
 class AdaptiveLoop:
     """x' = A x + b f + command·step, outputs C x, with the law and the magnets that close it.
 
-    Shapes: a (n, n), b (n,), command (n,), c (7, n), feed (7,): what of the step reaches the outputs at once.
+    Shapes: a (n, n), b (n,), command (n,), c (7, n), feed (7,): what of the step reaches the outputs at once. The first
+    ``driven`` states are moved by the force alone, the others by the step alone.
     """
 
     a: Floats
@@ -45,6 +46,7 @@ class AdaptiveLoop:
     command: Floats
     c: Floats
     feed: Floats
+    driven: int
     law: AdaptiveLaw
     magnets: Magnets
 
@@ -85,6 +87,12 @@ class AdaptiveLoop:
             return np.asarray(np.abs(position), dtype=float)
         return np.asarray(np.hypot(position, out[MODEL_SPEED] - out[SPEED]), dtype=float)
 
+    @property
+    def learning(self) -> tuple[float, float]:
+        """−γ b bᵀP: from the errors of position and speed to the rate of the estimate's constant while it adapts."""
+        from_position, from_speed = (-self.law.adaptation_gain * self.law.lyapunov[1]).tolist()
+        return from_position, from_speed
+
     @cached_property
     def net_force(self) -> Callable[[float, float], float]:
         """The net force without the pulse, in N, over deviations of position and demand; infinite outside the gap."""
@@ -114,8 +122,7 @@ class AdaptiveLoop:
         constant = np.concatenate([self.command, self.feed]) * step
         b, (z_i, v_i) = self.b, centre
         k_z, k_v, feedforward = law.gain_position_a_per_m, law.gain_speed_a_s_per_m, law.feedforward_a_per_m
-        rate = -law.adaptation_gain if adapting else 0.0
-        from_position, from_speed = (float(value) for value in rate * law.lyapunov[1])
+        from_position, from_speed = self.learning if adapting else (0.0, 0.0)
         slopes = 1.0 if law.taylor_order else 0.0
 
         def rates(_: float, states: Floats) -> Floats:
@@ -172,7 +179,7 @@ def close_adaptive_loop(bearing: Bearing, law: AdaptiveLaw, scenario: StepScenar
     speed = system.c @ system.a  # of y and of y_m, neither of which feels force or step at once
     c = np.vstack([system.c[:3], speed[2], system.c[3:], speed[4]])
     feed = np.concatenate([system.d[:3, 1], [0.0], system.d[3:, 1], [0.0]])
-    return AdaptiveLoop(system.a, system.b[:, 0], system.b[:, 1], c, feed, law, magnets)
+    return AdaptiveLoop(system.a, system.b[:, 0], system.b[:, 1], c, feed, felt.order, law, magnets)
 
 
 def _in_metres(rotor: StateSpace, omega_rad_s: float) -> StateSpace:

@@ -31,18 +31,18 @@ FINE = np.linspace(0.0, 1.0, 17)  # where the force of the interpolated outputs 
 
 
 @cache
-def radau_points() -> Floats:
+def radau_points(stages: int = STAGES) -> Floats:
     """The right Radau points of (0, 1]: the roots of P_s − P_(s−1), the last one 1."""
-    roots = legendre.legroots([0.0] * (STAGES - 1) + [-1.0, 1.0])
+    roots = legendre.legroots([0.0] * (stages - 1) + [-1.0, 1.0])
     points = (np.sort(np.real(roots)) + 1.0) / 2.0
     points[-1] = 1.0
     return points
 
 
 @cache
-def knots() -> Floats:
+def knots(stages: int = STAGES) -> Floats:
     """The start of the step and the Radau points: where the outputs of a step are kept, as fractions of its width."""
-    return np.append(0.0, radau_points())
+    return np.append(0.0, radau_points(stages))
 
 
 @cache

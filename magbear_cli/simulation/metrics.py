@@ -13,11 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PPoly
 
+from magbear_cli.simulation.crossings import crossings, extremes
 from magbear_cli.simulation.loop import DEMAND, MAGNETS, SENSOR, Loop
 
 Floats = NDArray[np.float64]
 
 BAND = 0.02  # settled: within 2 % of the rest
+RISE = (0.1, 0.9)  # of the rest
 CALM = 0.05  # the last part of the run that must lie within the band for it to count as settled
 
 
@@ -72,8 +74,7 @@ def step_metrics(
     nothing_m : a motion up to this is none; then there is nothing to settle, and for a step nothing that has settled
     """
     duration_s = float(position_m.x[-1])
-    extremes = _extremes(position_m, duration_s)
-    low, high = min(extremes), max(extremes)
+    low, high = extremes(position_m)
     is_step = step_m != 0.0 and abs(rest_m) > nothing_m
     size = abs(rest_m) if is_step else max(high, -low)
     final_error = float(position_m(duration_s)) - step_m
@@ -81,10 +82,13 @@ def step_metrics(
         return StepMetrics(0.0 if step_m == 0.0 else None, None, None, peak_current_a, final_error)
     upward = rest_m > 0.0 if is_step else high < -low
     beyond = high - rest_m if upward else rest_m - low
+    band = BAND * size
+    levels = [rest_m - band, rest_m + band, *((part * rest_m for part in RISE) if is_step else ())]
+    entries, exits, *passages = crossings(position_m, levels)
     return StepMetrics(
-        settling_time_s=_settling_time(position_m, duration_s, rest_m, BAND * size),
+        settling_time_s=_settling_time(position_m, duration_s, rest_m, band, np.concatenate([entries, exits])),
         overshoot=max(0.0, beyond) / size,
-        rise_time_s=_rise_time(position_m, duration_s, rest_m) if is_step else None,
+        rise_time_s=_rise_time(duration_s, *passages) if is_step else None,
         peak_current_a=peak_current_a,
         final_error_m=final_error,
     )
@@ -92,35 +96,28 @@ def step_metrics(
 
 def peak_magnitude(curve: PPoly, end_s: float) -> float:
     """The largest magnitude of a curve from its beginning to the end given."""
-    return max(abs(value) for value in _extremes(curve, end_s))
+    return max(abs(value) for value in extremes(_until(curve, end_s)))
 
 
-def _extremes(curve: PPoly, end_s: float) -> list[float]:
-    """The values at the ends, at the breaks and where the slope is zero."""
-    times = np.concatenate([curve.x, _crossings(curve.derivative(), 0.0)])
-    times = np.append(times[times <= end_s], min(end_s, curve.x[-1]))
-    return [float(value) for value in curve(times)]
+def _until(curve: PPoly, end_s: float) -> PPoly:
+    """The curve up to a time."""
+    if end_s >= curve.x[-1]:
+        return curve
+    pieces = max(1, int(np.searchsorted(curve.x, end_s)))
+    return PPoly(curve.c[:, :pieces], np.append(curve.x[:pieces], end_s))
 
 
-def _crossings(curve: PPoly, level: float) -> Floats:
-    """The times at which a curve passes a level, sorted."""
-    roots = curve.solve(level, discontinuity=False, extrapolate=False)
-    return np.sort(roots[np.isfinite(roots)])  # a piece that is constant answers with NaN
-
-
-def _settling_time(curve: PPoly, end_s: float, rest: float, band: float) -> float | None:
-    """The last time at which the curve enters the band around its rest; None when it has not stayed there."""
-    crossings = np.concatenate([_crossings(curve, rest - band), _crossings(curve, rest + band)])
-    last = float(crossings[crossings <= end_s].max(initial=0.0))
+def _settling_time(curve: PPoly, end_s: float, rest: float, band: float, borders_s: Floats) -> float | None:
+    """The last time at which the curve passes a border of the band around its rest; None when it has not stayed in."""
+    last = float(borders_s[borders_s <= end_s].max(initial=0.0))
     calm = np.linspace(last, end_s, 33)[1:]
     if last > (1.0 - CALM) * end_s or (np.abs(curve(calm) - rest) > band * (1.0 + 1e-9)).any():
         return None
     return last
 
 
-def _rise_time(curve: PPoly, end_s: float, rest: float) -> float | None:
+def _rise_time(end_s: float, first: Floats, second: Floats) -> float | None:
     """From the first passage of 10 % to the first passage of 90 % of the rest; None when that is not reached."""
-    first, second = (_crossings(curve, part * rest) for part in (0.1, 0.9))
     if not (first.size and second.size) or second[0] > end_s:
         return None
     return float(second[0] - first[0])

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PPoly
 
-from magbear_cli.simulation.collocation import STAGES, knots
+from magbear_cli.simulation.collocation import knots
 from magbear_cli.simulation.loop import COMMAND, DEMAND, SENSOR, Loop
 
 Floats = NDArray[np.float64]
@@ -63,14 +63,19 @@ class Pieces:
         return piecewise(self.start_s, self.width_s, values)
 
 
-def piecewise(start_s: Floats, width_s: Floats, values: Floats) -> PPoly:
+def piecewise(start_s: Floats, width_s: Floats, values: Floats, end_s: float | None = None) -> PPoly:
     """The polynomials through the values at the knots of pieces that follow each other.
 
     Parameters
     ----------
-    start_s, width_s : (pieces,) arrays
+    start_s, width_s : (pieces,) arrays; a piece may be followed before its width is over
     values : (pieces, knots) array
+    end_s : the end of the last piece, where that is not the end of its width
     """
-    powers = np.arange(STAGES, -1, -1)
-    by_fraction = np.linalg.solve(knots()[:, None] ** powers, values.T)  # coefficients in the fraction of the width
-    return PPoly(by_fraction / width_s ** powers[:, None], np.append(start_s, start_s[-1] + width_s[-1]))
+    degree = values.shape[1] - 1
+    powers = np.arange(degree, -1, -1)
+    by_fraction = np.linalg.solve(
+        knots(degree)[:, None] ** powers, values.T
+    )  # coefficients in the fraction of the width
+    end = start_s[-1] + width_s[-1] if end_s is None else end_s
+    return PPoly(by_fraction / width_s ** powers[:, None], np.append(start_s, end))

@@ -145,3 +145,33 @@ def test_a_pulse_through_a_sensor_with_a_limited_current(half_bearing: Bearing) 
     assert response.metrics.peak_current_a is not None
     assert response.time_s[-1] == pytest.approx(choose_adaptive_duration(LAW, scenario))
     assert response.position_m.max() > 1e-6
+
+
+def test_an_end_before_the_edge_of_a_pulse_stays_the_end(bearing: Bearing) -> None:
+    """A rotor that touches the stator while the pulse lasts ends there, and not when the pulse does."""
+    rotor = FlexibleRotor(0.1824, 2.612e6, 170.0)
+    scenario = StepScenario(0.0, 3.0, rotor=rotor, duration_s=0.02, disturbance=Disturbance(30.0, 0.0, 5e-3))
+    response = simulate_adaptive_step(bearing, LAW, scenario)
+    assert response.end is End.TOUCHED_DOWN
+    assert response.time_s[-1] < 4e-3
+    assert np.abs(response.position_m).max() <= 400e-6
+
+
+def test_a_sphere_without_hysteresis_is_followed(half_bearing: Bearing) -> None:
+    """With sigma = 0 both borders are one, and each crossing of it is one switching."""
+    response = simulate_adaptive_step(half_bearing, replace(LAW, sigma_m=0.0), STEP)
+    assert response.end is End.FINISHED
+    assert 1.0 <= response.statistics["switchings"] < 100.0
+
+
+@pytest.mark.parametrize("trigger", Trigger)
+def test_the_errors_are_those_of_a_dense_look(half_bearing: Bearing, trigger: Trigger) -> None:
+    """The largest errors agree with those of a hundred thousand samples."""
+    law, scenario = replace(LAW, gamma=1e7, trigger=trigger), replace(STEP, samples=100_001)
+    response = simulate_adaptive_step(half_bearing, law, replace(scenario, mass_kg=2.2))
+    error, time = np.abs(response.reference_m - response.position_m), response.time_s
+    for name, begin, end in (
+        ("largest_error_m", 0.0, 1.0), ("third_quarter_error_m", 0.5, 0.75), ("fourth_quarter_error_m", 0.75, 1.0),
+    ):  # fmt: skip
+        inside = (time >= begin * time[-1]) & (time <= end * time[-1])
+        assert response.statistics[name] == pytest.approx(error[inside].max(), rel=1e-6)
