@@ -165,6 +165,8 @@ class _Dispatch:
         except MagbearError as error:
             raise ResumableError(f"on a Dask worker {error}") from error
         except Exception as error:
+            if isinstance(error, OSError) and future.status != "error":  # not the call failed, but fetching its answer
+                raise
             raise ResumableError(f"a Dask worker cannot run magbear: {type(error).__name__}: {error}") from error
         if told.fingerprint != self.expected:
             change = self.cluster.difference(told.fingerprint, self.expected)
