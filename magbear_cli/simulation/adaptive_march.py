@@ -7,7 +7,7 @@ step's own polynomials and then found on them to rounding. So widths are powers 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
 from functools import partial
@@ -34,11 +34,10 @@ from magbear_cli.simulation.adaptive_loop import (
 from magbear_cli.simulation.adaptive_step import Start, carried_on, relative_error, solve_step
 from magbear_cli.simulation.integration import LARGEST_CURRENT_A
 from magbear_cli.simulation.trajectory import End
+from magbear_cli.simulation.zeros import below_zero, first_zero
 
 Floats = NDArray[np.float64]
-Point = tuple[float, float]  # place and value
 
-ROUNDING = float(np.finfo(float).eps)
 RELATIVE_TOLERANCE = 1e-8
 ABSOLUTE_TOLERANCE = 1e-9  # of the step or the sphere, for what is a position
 NEWTON_TOLERANCE = 0.01  # of the absolute tolerance, for what the rest of Newton's method moves in a step
@@ -48,10 +47,7 @@ LEFT = 1e-4  # of the gap: so near to a magnet the rotor has touched it
 NEAR = 0.98  # of the gap: a step that cannot be made beyond this is contact
 FIRST_RAD = 8.0  # of the fastest oscillation of the linear part in the first step
 MOST_DOUBLINGS = 3  # of the width from one step to the next
-INVERSE_POINTS = 4  # to find where something happens
-HALVED_EVERY = 4  # evaluations: in an interval so often halved nothing creeps
-NEAR_BY, FOUND = 1e-5, 1e-9  # of a step: a secant so short tells the slope, and a move so small is followed by rounding
-DOUBT, DIP_STEPS = 0.1, 8  # of the variation between fine points, what a parabola's least value may be wrong by
+DOUBT = 0.1  # of the variation between fine points, what a parabola's least value may be wrong by
 NARROWEST_S = 1e-12  # no rotor moves so fast, and the powers of a width in the polynomials are still numbers
 
 
@@ -272,79 +268,15 @@ def _dips(run: March, watched: Floats, fine: Floats) -> list[tuple[float, int]]:
     for each in np.flatnonzero(8.0 * (there - DOUBT * bend) * bend < (after - before) ** 2).tolist():
         row, point = int(rows[each]), at[each] + np.arange(3)
         known = list(zip(FINE[point].tolist(), fine[rows[each], point].tolist(), strict=True))
-        dip = _below_zero(partial(_distance_at, run, watched, row), known)
+        dip = below_zero(partial(_distance_at, run, watched, row), known)
         if dip is not None and dip[0][1] > 0.0:
             within = dip[0][0], dip[1][0]
             found.append((first_zero(partial(_distance_at, run, watched, row), dip, within), row))
     return found
 
 
-def _below_zero(function: Callable[[float], float], known: list[Point]) -> tuple[Point, Point] | None:
-    """A place where a function is negative, near its least value within three known points, and the point before it."""
-    points = list(known)
-    for _ in range(DIP_STEPS):
-        (a, u), (b, v), (c, w) = points
-        first, second = (v - u) / (b - a), (w - v) / (c - b)
-        if not second > first:
-            return None
-        place = 0.5 * (a + b) - 0.5 * first * (c - a) / (second - first)
-        if not a < place < c or place == b:
-            return None
-        value = function(place)
-        points = sorted([*points, (place, value)])
-        at = min(range(1, 3), key=lambda one: points[one][1])
-        if points[at][1] < 0.0:
-            return points[at - 1], points[at]
-        points = points[at - 1 : at + 2]
-    return None
-
-
 def _distance_at(run: March, watched: Floats, row: int, place: float) -> float:
     return float(_distance(run, row, watched.dot(at_knots_of(place)).tolist()))
-
-
-def first_zero(
-    function: Callable[[float], float], points: Sequence[tuple[float, float]], within: tuple[float, float]
-) -> float:
-    """A zero of a smooth function between two places where it changes from positive to negative.
-
-    By inverse interpolation through known points (place, value), each answer becoming one of them, until the secant
-    through two places near each other moves the last one by less than ``FOUND``; where interpolation leads astray or
-    gets on slowly, by halving the interval.
-    """
-    known, (left, right), last, creeps = list(points), within, None, 0
-    while right - left > ROUNDING:
-        place = _inverse(known)
-        if creeps == HALVED_EVERY or not left < place < right:
-            place = 0.5 * (left + right)
-        value = function(place)
-        left, right = (place, right) if value > 0.0 else (left, place)
-        if value == 0.0:
-            return place
-        if last is not None and abs(place - last[0]) < NEAR_BY and value != last[1]:
-            move = -value * (place - last[0]) / (value - last[1])
-            if abs(move) < FOUND and left - FOUND < place + move < right + FOUND:
-                return place + move
-        last = place, value
-        creeps = creeps % HALVED_EVERY + 1
-        known = sorted([*known, last], key=_size)[:INVERSE_POINTS]
-    return right
-
-
-def _size(point: Point) -> float:
-    return abs(point[1])
-
-
-def _inverse(points: Sequence[tuple[float, float]]) -> float:
-    """The place of value zero on the polynomial that gives places over values, by Neville's scheme."""
-    places, values = [point[0] for point in points], [point[1] for point in points]
-    for width in range(1, len(points)):
-        for at in range(len(points) - width):
-            low, high = values[at], values[at + width]
-            if low == high:
-                return np.nan
-            places[at] = (high * places[at] - low * places[at + 1]) / (high - low)
-    return places[0]
 
 
 def _look(run: March, demand_a: float, happening: Happening | None) -> None:

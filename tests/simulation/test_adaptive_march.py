@@ -18,9 +18,9 @@ from magbear_cli.model.filters import Prefilter, SensorDynamics
 from magbear_cli.model.rotor import FlexibleRotor
 from magbear_cli.simulation import adaptive_march
 from magbear_cli.simulation.adaptive_branch import Branch, branch_at, branches
-from magbear_cli.simulation.adaptive_flow import FINE, STAGES, Flows, at_knots_of, at_points_of, integration
+from magbear_cli.simulation.adaptive_flow import STAGES, Flows, at_knots_of, at_points_of, integration
 from magbear_cli.simulation.adaptive_loop import AT_SENSOR, close_adaptive_loop
-from magbear_cli.simulation.adaptive_march import first_zero, march
+from magbear_cli.simulation.adaptive_march import march
 from magbear_cli.simulation.collocation import knots, radau_points
 from magbear_cli.simulation.scenario import Disturbance, StepScenario
 from magbear_cli.simulation.trajectory import End
@@ -158,22 +158,6 @@ def test_the_free_rigid_rotor_moves_on_a_parabola(half_bearing: Bearing) -> None
     states = flow.states @ np.concatenate((np.zeros(loop.order), [1.0], np.full(STAGES, force)))
     expected = 0.5 * force / 2.2 * (width * radau_points(STAGES)) ** 2
     np.testing.assert_allclose(states.reshape(loop.order, STAGES)[0], expected, rtol=1e-9, atol=1e-18)
-
-
-@settings(deadline=None, max_examples=60)
-@given(st.floats(1e-7, 0.999), st.integers(1, 5), st.floats(1.0, 1e4))
-def test_a_zero_is_found_however_steep(root: float, power: int, scale: float) -> None:
-    """Also beside values of quite another size, where interpolation creeps."""
-
-    def function(place: float) -> float:
-        return float((root - place) * (1.0 + scale * place**power))
-
-    right = int(np.searchsorted(FINE, root, side="right"))
-    points = [
-        (float(FINE[at]), function(float(FINE[at]))) for at in range(max(0, right - 3), min(FINE.size, right + 2))
-    ]
-    within = float(FINE[right - 1]), float(FINE[min(right, FINE.size - 1)])
-    assert first_zero(function, points, within) == pytest.approx(root, abs=1e-11)
 
 
 def test_a_short_dip_below_the_border_is_seen(half_bearing: Bearing) -> None:
