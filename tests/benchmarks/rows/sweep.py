@@ -119,10 +119,11 @@ ROW = Row(
     _prepare,
     needs=("joblib",),
     missed_because={
-        KERNELS: f"the start of the worker and the figures weigh {OF / CASES:.3g} times as much as over 2 000 cases, where "
-        "a single round gave 1.05 (results/whole)",
-        ONE: "the start of a run and its results file, 8 ms a case, are not shared by the workers; over 2 000 cases 1.82",
-        JOBLIB: "joblib keeps its answers in memory and writes nothing, where the parent stores every case for good and "
-        "writes one file of all; over 2 000 cases 1.18",
+        KERNELS: f"the start of the worker and the figures weigh {OF / CASES:.3g} times as much as over 2 000 cases, "
+        "where a single round gave 1.05 (results/whole)",
+        ONE: "the start of a run and its results file, 8 ms a case, are not shared by the workers; "
+        "over 2 000 cases 1.82",
+        JOBLIB: "joblib keeps its answers in memory and writes nothing, where the parent stores every case for good "
+        "and writes one file of all; over 2 000 cases 1.18",
     },
 )
