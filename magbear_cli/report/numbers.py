@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 THIN_SPACE = "\u202f"
 MISSING = "–"
@@ -29,6 +29,23 @@ def significant(value: float | None, digits: int = 3) -> str:
     rounded = round(value, digits - 1 - exponent)
     text = f"{rounded:,.{max(0, digits - 1 - exponent)}f}"
     return _grouped(text)
+
+
+def at_least(value: float | None, digits: int = 3) -> str:
+    """A proven lower bound, rounded down: as it is printed it is proven too."""
+    return significant(_to_unit(value, digits, math.floor), digits)
+
+
+def at_most(value: float | None, digits: int = 3) -> str:
+    """A proven upper bound, rounded up."""
+    return significant(_to_unit(value, digits, math.ceil), digits)
+
+
+def _to_unit(value: float | None, digits: int, to_whole: Callable[[float], int]) -> float | None:
+    if value is None or not math.isfinite(value) or value == 0:
+        return value
+    unit = 10.0 ** (math.floor(math.log10(abs(value))) - digits + 1)
+    return to_whole(value / unit) * unit
 
 
 def shortest(value: float) -> str:

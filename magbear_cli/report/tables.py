@@ -11,6 +11,8 @@ from magbear_cli.report.numbers import (
     MICROMETRES,
     MILLISECONDS,
     MISSING,
+    at_least,
+    at_most,
     kilograms,
     mass_text,
     shortest,
@@ -139,7 +141,7 @@ def _case_cells(outcome: CaseOutcome) -> tuple[str, ...]:
         mass_text(outcome.mass_kg).removesuffix(" kg"),
         _limit_text(outcome),
         significant(summary.worst_case),
-        significant(summary.lower_bound),
+        at_least(summary.lower_bound),
         mu,
         MISSING if summary.order is None else str(summary.order),
         _scaled(summary.peak_gain_a_per_m, _PER_MICROMETRE),
@@ -225,7 +227,7 @@ def case_figures(outcome: CaseOutcome) -> list[tuple[str, str]]:
     summary = outcome.summary
     pairs = [
         ("level by the method's own account", significant(summary.level)),
-        ("worst case proven below", significant(summary.worst_case_proven)),
+        ("worst case proven below", at_most(summary.worst_case_proven)),
         ("worst mass", _unit(summary.worst_mass_kg, "kg")),
         ("worst frequency", _unit(summary.worst_omega_rad_s, "rad/s")),
         ("flatness of µ, 10 … 10⁵ rad/s", significant(summary.mu_flatness, 2)),

@@ -8,7 +8,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from magbear_cli.report.numbers import count_text, kilograms, mass_text, omega_text, shortest, significant, with_unit
+from magbear_cli.report.numbers import (
+    at_least,
+    at_most,
+    count_text,
+    kilograms,
+    mass_text,
+    omega_text,
+    shortest,
+    significant,
+    with_unit,
+)
 
 SPACE = "\u202f"
 
@@ -56,3 +66,27 @@ def test_what_a_user_wrote_keeps_its_digits() -> None:
     assert (omega_text(None), omega_text(7000.0)) == ("no limit", "7000 rad/s")
     assert (count_text(1, "case"), count_text(2, "case")) == ("1 case", "2 cases")
     assert (with_unit(None, "A"), with_unit(1.5, "A")) == ("–", "1.50 A")
+
+
+@settings(deadline=None)
+@given(st.floats(1e-9, 1e9), st.integers(2, 5))
+def test_proven_bounds_are_rounded_to_their_safe_side(value: float, digits: int) -> None:
+    """A lower bound as printed is not above the number, an upper bound not below it; both within a unit of it."""
+    low, high = (_read(rounded(value, digits)) for rounded in (at_least, at_most))
+    slack = 1e-12 * value
+    assert low <= value + slack
+    assert high >= value - slack
+    assert high - low <= 2.1 * 10.0 ** (math.floor(math.log10(value)) - digits + 1)
+
+
+def test_a_bound_that_would_round_across_is_held_back() -> None:
+    """0.39757 proven below is 0.397, and proven above is 0.398."""
+    assert (at_least(0.39757), at_most(0.39743)) == ("0.397", "0.398")
+    assert (at_least(None), at_most(math.nan)) == ("–", "–")
+
+
+def _read(text: str) -> float:
+    """A number as it was written."""
+    plain = text.replace(SPACE, "").replace("−", "-")
+    mantissa, _, power = plain.partition(" × 10")
+    return float(mantissa) * 10.0 ** int((power or "0").translate(str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")))
