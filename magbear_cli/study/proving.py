@@ -105,7 +105,7 @@ def _nearest_proof(
     missed, tried, proof = 0.0, 1, None
     while True:
         proof, margin = _attempt(*question(gap))
-        missing = (_NEEDED - margin) / slope if np.isfinite(margin) else 0.0
+        missing = (_NEEDED - margin) / slope if np.isfinite(margin) else np.inf  # no program was solved: far away
         farther = gap + min(max(missing, _LEAST_STEP * gap), _MOST_STEP * gap)
         if proof is not None or farther > _FARTHEST_GAP:
             break
