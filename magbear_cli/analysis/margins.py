@@ -52,16 +52,28 @@ def gain_margins(problem: ControlProblem, controller: StateSpace, omega_rad_s: F
     """The factors (low, high) to which the loop gain may fall and rise before a mass of the range becomes unstable.
 
     At a real K < 0 the loop with gain factor f has a pole on the axis for f = (m ω² + k_z)/(−k_i K).
+
+    Parameters
+    ----------
+    omega_rad_s : (w,) ascending grid, to find where K is real beside ω = 0
     """
-    omega = np.concatenate(
-        [omega_rad_s[:1], real_response_frequencies(controller, omega_rad_s[omega_rad_s > 0])],
-    )
-    # the first point of the grid is ω = 0 or as good as that; a pole of K there lets the gain fall to nothing
-    force = -problem.current_stiffness_n_per_a * controller_response(controller, omega).real
+    # K is real at ω = 0 itself and at no frequency near it: beside a pole at zero the real part of K means nothing
+    omega = np.concatenate([[0.0], real_response_frequencies(controller, omega_rad_s[omega_rad_s > 0])])
+    response = controller_response(controller, omega)
+    real = is_crossing(response)
+    omega, force = omega[real], -problem.current_stiffness_n_per_a * response[real].real
     stiffness = problem.dynamic_stiffness_n_per_m(omega, np.array(problem.end_masses_kg)[:, None])
-    factors = (stiffness / np.where(force > 0, force, np.nan))[:, force > 0].ravel()
+    factors = (stiffness[:, force > 0] / force[force > 0]).ravel()
     low, high = factors[factors < 1.0], factors[factors >= 1.0]
     return float(low.max(initial=0.0)), float(high.min(initial=np.inf))
+
+
+def is_crossing(response: Complexes) -> NDArray[np.bool_]:
+    """Where Im K has a zero, among the points (k,) at which it changes sign: at a pole on the axis it does so too.
+
+    A response at zero is a crossing when it is finite; a pole within rounding of zero leaves a factor next to nothing.
+    """
+    return np.asarray(np.isfinite(response) & (np.abs(response.imag) <= np.abs(response.real)), dtype=bool)
 
 
 def disk_margin(problem: ControlProblem, controller: StateSpace, omega_rad_s: Floats) -> float:

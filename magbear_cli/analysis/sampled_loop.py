@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from magbear_cli.analysis.margins import Margins
+from magbear_cli.analysis.margins import Margins, is_crossing
 from magbear_cli.analysis.pole_family import eigenvalues_with_error
 from magbear_cli.analysis.supremum import sign_changes, supremum
 from magbear_cli.analysis.worst_case import WorstCase
@@ -108,9 +108,10 @@ def _margins(loop: SampledLoop, mass_kg: float) -> Margins:
         stiffness, force = loop.stiffness_and_force(at, mass_kg)
         return np.asarray(force / stiffness, dtype=complex)
 
-    real = np.concatenate([omega[:1], sign_changes(lambda at: ratio(at).imag, omega), omega[-1:]])
-    factors = -1.0 / ratio(real).real
-    factors = factors[np.isfinite(factors) & (factors > 0.0)]
+    at_rest = np.zeros(0 if loop.controller.has_integrator else 1)  # the loop is real at z = 1, and nowhere near it
+    at_real = ratio(np.concatenate([at_rest, sign_changes(lambda at: ratio(at).imag, omega), omega[-1:]]))
+    real = at_real[is_crossing(at_real)].real
+    factors = -1.0 / real[real < 0.0]
     crossovers = sign_changes(lambda at: np.abs(ratio(at)) - 1.0, omega)
     angles = np.angle(-ratio(crossovers))
     disk = supremum(lambda at: np.abs((1.0 - ratio(at)) / (1.0 + ratio(at))), omega)[0]

@@ -56,6 +56,11 @@ class SampledSystem:
         whole = self.incremental
         return StateSpace(whole.a + np.eye(whole.order), whole.b, whole.c, whole.d)
 
+    @property
+    def has_integrator(self) -> bool:
+        """Whether a pole is exactly at z = 1, where the response is then infinite."""
+        return any(section.order > 0 and delta_polynomials(section)[1][-1] == 0.0 for section in self.sections)
+
     def second_order_sections(self) -> Floats:
         """Rows b0 b1 b2 1 a1 a2 by descending powers of z, one a section."""
         rows = []

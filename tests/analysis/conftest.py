@@ -65,3 +65,14 @@ def notch() -> StateSpace:
         1.0,
     ]
     return from_transfer_function(num, den)
+
+
+@pytest.fixture
+def slow_pi() -> StateSpace:
+    """An exact integrator with a zero near 1 rad/s, a lag of 1 to 10 rad/s and a derivative, by partial fractions."""
+    return StateSpace.of(
+        [[0.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -20000.0]],
+        [[1.0], [1.0], [1.0]],
+        [[-24150.0, 1035.0, 7303653880.079476]],
+        [[-367482.69400397385]],
+    )

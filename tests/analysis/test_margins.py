@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import reduce
 
 import numpy as np
 import pytest
+from mpmath import eye, mp, mpc, mpf
+from mpmath import matrix as mp_matrix
 
 from magbear_cli.analysis.frequency_grid import closed_frequency_grid
 from magbear_cli.analysis.loop_functions import loop_functions
@@ -13,7 +16,7 @@ from magbear_cli.analysis.margins import Margins, disk_margin, gain_margins, sta
 from magbear_cli.analysis.pole_family import pole_family
 from magbear_cli.lti.conversion import from_transfer_function
 from magbear_cli.lti.state_space import StateSpace
-from magbear_cli.model.problem import ControlProblem
+from magbear_cli.model.problem import ControlProblem, MassRange, RationalWeight
 
 ProblemMaker = Callable[[float, float, float | None], ControlProblem]
 
@@ -103,3 +106,135 @@ def test_an_integrator_lets_the_gain_fall_to_little(quickstart: ControlProblem) 
     assert high == np.inf
     assert pole_family(quickstart, _times(controller, 1.001 * low), masses).max_real_rad_s < 0
     assert pole_family(quickstart, _times(controller, 0.999 * low), masses).max_real_rad_s > 0
+
+
+def test_a_pole_of_the_controller_within_rounding_of_zero_is_no_crossing() -> None:
+    """A published PID for 193.39e3 N/m; its realisation has the integrator's pole at +4.7e-14 rad/s."""
+    problem = ControlProblem(193_390.0, 1.0, MassRange(1.9595, 1.9595), RationalWeight((0.4, 100.0), (1.0, 1.0)), None)
+    controller = StateSpace.of(
+        [[-3769.9111843077517, -2.0165954228029636e-13], [-1000.0000000000001, -6.5308094019741775e-15]],
+        [[-100000.00000000001], [0.0]],
+        [[-284340.7698244116, -119.68337036821178]],
+        [[-7898965.28868138]],
+    )
+    margins = _judge(problem, controller)
+    assert margins.gain_low == pytest.approx(0.551048, abs=5e-7)
+    assert margins.gain_low <= (2 - margins.disk) / (2 + margins.disk)
+
+
+def test_an_exact_integrator_is_no_crossing(slow_pi: StateSpace, thrust_problem: ProblemMaker) -> None:
+    """Im K = 0 at 35.58 rad/s alone, where the gain may fall to 0.583023."""
+    margins = _judge(thrust_problem(3.6, 3.6, None), slow_pi)
+    assert margins.gain_low == pytest.approx(0.5830233602892902, rel=1e-9)
+    assert margins.gain_high == np.inf
+
+
+def test_an_integrator_in_the_weight_does_not_hide_the_gain_at_rest(good_lead: StateSpace) -> None:
+    """K(0) limits the gain of a lead, though the grid of a problem with W1 = 1/s does not begin at ω = 0."""
+    problem = ControlProblem(62_500.0, 50.0, MassRange(3.0, 4.5), RationalWeight((1.0,), (1.0, 0.0)), None)
+    expected = 62_500.0 / (50.0 * 7_764_165.0 * 72.0 / 17_995.0)
+    assert _judge(problem, good_lead).gain_low == pytest.approx(expected, rel=1e-12)
+
+
+def _random_controllers(count: int) -> list[tuple[StateSpace, ControlProblem]]:
+    """Controllers with none to two integrators that hold random bearings; half of them with poles moved by rounding.
+
+    A lead, fast lags, a zero for each integrator, and for most of them a slow lag, with which the real part of K near
+    ω = 0 may be small.
+    """
+    generator = np.random.default_rng(12)
+    found: list[tuple[StateSpace, ControlProblem]] = []
+    while len(found) < count:
+        integrators = len(found) % 3
+        lead = 10.0 ** generator.uniform(1.3, 2.3)
+        gain = 10.0 ** generator.uniform(3.1, 4.0)
+        tops, bottoms = [[-gain / lead, -gain]], [[1.0]]
+        bottoms += [[1.0 / speed, 1.0] for speed in 10.0 ** generator.uniform(3.0, 5.0, int(generator.integers(1, 4)))]
+        tops += [[1.0, speed] for speed in 10.0 ** generator.uniform(-0.5, 1.5, integrators)]
+        bottoms += [[1.0, 0.0]] * integrators
+        if generator.random() < 0.7:
+            speed = 10.0 ** generator.uniform(-1.0, 1.0)
+            tops.append([1.0, speed * 10.0 ** generator.uniform(0.3, 1.2)])
+            bottoms.append([1.0, speed])
+        num, den = (reduce(lambda one, other: list(np.polymul(one, other)), factors) for factors in (tops, bottoms))
+        controller = from_transfer_function(num, den)
+        if len(found) // 3 % 2:
+            change = np.linalg.qr(generator.standard_normal((controller.order,) * 2))[0]
+            a, b, c = change.T @ controller.a @ change, change.T @ controller.b, controller.c @ change
+            controller = StateSpace(a, b, c, controller.d)
+        low = float(generator.uniform(2.0, 4.0))
+        mass = MassRange(low, low * float(generator.uniform(1.0, 1.5)))
+        problem = ControlProblem(62_500.0, 50.0, mass, RationalWeight((0.4, 4.0), (1.0, 0.01)), None)
+        if pole_family(problem, controller, mass.samples_kg(5)).max_real_rad_s < 0:
+            found.append((controller, problem))
+    return found
+
+
+def _exact_transfer_function(controller: StateSpace) -> tuple[list[mpf], list[mpf]]:
+    """(num, den) by descending powers of s from the matrices as they are (Faddeev and Le Verrier)."""
+    a, b, c = (mp_matrix(part.tolist()) for part in (controller.a, controller.b, controller.c))
+    direct, n = mpf(float(controller.d[0, 0])), controller.order
+    den, num, adjugate = [mpf(1)], [direct], eye(n)
+    for k in range(1, n + 1):
+        product = a * adjugate
+        den.append(-sum(product[i, i] for i in range(n)) / k)
+        num.append((c * adjugate * b)[0] + direct * den[-1])
+        adjugate = product + den[-1] * eye(n)
+    return num, den
+
+
+def _value(coefficients: list[mpf], s: mpc) -> mpc:
+    return reduce(lambda value, coefficient: value * s + coefficient, coefficients)
+
+
+def _roots(coefficients: list[mpf]) -> list[mpc]:
+    """The roots other than zero, as eigenvalues of the companion matrix."""
+    first, last = (next(i for i, value in enumerate(row) if value) for row in (coefficients, coefficients[::-1]))
+    trimmed = coefficients[first : len(coefficients) - last]
+    n = len(trimmed) - 1
+    companion = mp_matrix(n, n)
+    for k in range(n):
+        companion[0, k] = -trimmed[k + 1] / trimmed[0]
+        if k:
+            companion[k, k - 1] = mpf(1)
+    return list(mp.eig(companion, left=False, right=False)) if n else []
+
+
+def _exact_gain_margins(problem: ControlProblem, controller: StateSpace) -> tuple[float, float]:
+    """From the roots in ω² of Im n(jω) a(−jω)/ω and from ω = 0, in 60 digits."""
+    with mp.workdps(60):
+        num, den = _exact_transfer_function(controller)
+        degree = len(den) - 1
+        odd = [mpf(0)] * (2 * degree + 1)  # of n(s) a(−s), whose odd powers of s make the imaginary part
+        for i, top in enumerate(num):
+            for k, bottom in enumerate(den):
+                odd[i + k] += top * bottom * (-1) ** (degree - k)
+        powers = [(2 * degree - place, value) for place, value in enumerate(odd) if place % 2]
+        squares = _roots([value * (-1) ** ((power - 1) // 2) for power, value in powers])
+        reals = [mp.re(root) for root in squares if abs(mp.im(root)) < mpf(10) ** -30 * abs(root)]
+        omegas = [mp.sqrt(real) for real in reals if real > 0] + ([mpf(0)] if den[-1] else [])
+        factors = []
+        for omega in omegas:
+            response = _value(num, mpc(0, omega)) / _value(den, mpc(0, omega))
+            force = -problem.current_stiffness_n_per_a * mp.re(response)
+            ends = [mass * omega**2 + problem.negative_stiffness_n_per_m for mass in problem.end_masses_kg]
+            factors += [float(end / force) for end in ends if force > 0]
+        low, high = [factor for factor in factors if factor < 1], [factor for factor in factors if factor >= 1]
+        return max(low, default=0.0), min(high, default=float("inf"))
+
+
+def test_gain_margins_are_those_of_the_exact_polynomial() -> None:
+    """200 random controllers with none to two integrators, in companion form and with poles that rounding has moved."""
+    for controller, problem in _random_controllers(200):
+        found = gain_margins(problem, controller, closed_frequency_grid(problem, controller))
+        np.testing.assert_allclose(found, _exact_gain_margins(problem, controller), rtol=1e-6, atol=1e-6)
+
+
+def test_no_margin_is_tighter_than_the_disk_allows() -> None:
+    """The disk margin α promises gains from (2 − α)/(2 + α) to its inverse and phases up to 2 atan(α/2)."""
+    for controller, problem in _random_controllers(200):
+        margins = _judge(problem, controller)
+        least = (2 - margins.disk) / (2 + margins.disk)
+        assert margins.gain_low <= least * (1 + 1e-9)
+        assert margins.gain_high >= (1 - 1e-9) / least
+        assert margins.phase_deg >= np.degrees(2 * np.arctan(margins.disk / 2)) * (1 - 1e-9)

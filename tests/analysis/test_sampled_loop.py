@@ -20,7 +20,7 @@ from magbear_cli.analysis.worst_case import worst_case
 from magbear_cli.lti.sampled_system import SampledSystem, bilinear
 from magbear_cli.lti.state_space import StateSpace
 from magbear_cli.model.held_plant import Sampling, held_plant
-from magbear_cli.model.problem import ControlProblem
+from magbear_cli.model.problem import ControlProblem, MassRange, RationalWeight
 
 
 def _loop(problem: ControlProblem, controller: StateSpace, time: float, late: float = 1.0) -> SampledLoop:
@@ -90,3 +90,17 @@ def test_margins_are_where_the_loop_ends(quickstart: ControlProblem, good_lead: 
     for part, stable in ((0.98, True), (1.03, False)):
         later = Sampling(2e-5, 2e-5 + part * margins.delay_s)
         assert is_stable_on_samples(replace(loop, sampling=later)) is stable
+
+
+def test_an_integrator_is_no_crossing(slow_pi: StateSpace) -> None:
+    """The gain may fall to where the loop's phase crosses 180 degrees at 35.6 rad/s; a little more is not stable."""
+    problem = ControlProblem(62_500.0, 50.0, MassRange(3.6, 3.6), RationalWeight((0.4, 4.0), (1.0, 0.01)), None)
+    loop = _loop(problem, slow_pi, 2e-5)
+    margins = sampled_margins(loop)
+    assert margins.gain_low == pytest.approx(0.583023, rel=5e-4)
+    assert margins.gain_low <= (2 - margins.disk) / (2 + margins.disk)
+    for part, stable in ((1.001, True), (0.999, False)):
+        weaker = StateSpace(
+            slow_pi.a, slow_pi.b, part * margins.gain_low * slow_pi.c, part * margins.gain_low * slow_pi.d
+        )
+        assert is_stable_on_samples(_loop(problem, weaker, 2e-5)) is stable
