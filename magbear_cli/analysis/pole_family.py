@@ -12,12 +12,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.linalg import block_diag, eig
+from scipy.linalg import block_diag
 
 from magbear_cli.analysis.loop_functions import controller_response
 from magbear_cli.analysis.supremum import sign_changes
-from magbear_cli.lti.balancing import with_balanced_states
 from magbear_cli.lti.conversion import zeros_poles_gain
+from magbear_cli.lti.eigenvalues import eigenvalues_with_error
 from magbear_cli.lti.state_space import StateSpace
 from magbear_cli.model.problem import ControlProblem, UncertainParameter
 
@@ -101,20 +101,6 @@ def pole_family(problem: ControlProblem, controller: StateSpace, masses_kg: Arra
     rows = [eigenvalues_with_error(closed_loop_matrix(problem, controller, float(mass), time)) for mass in masses]
     poles = np.stack([row[0] for row in rows]) / time
     return PoleFamily(masses, poles, np.stack([row[1] for row in rows]) / time)
-
-
-def eigenvalues_with_error(matrix: Floats) -> tuple[Complexes, Floats]:
-    """The eigenvalues (n,) by ascending real part, and a first-order bound (n,) of their rounding errors."""
-    n = matrix.shape[0]
-    balanced = with_balanced_states(StateSpace(matrix, np.zeros((n, 1)), np.zeros((1, n)), np.zeros((1, 1)))).a
-    values, left, right = eig(balanced, left=True, right=True)
-    product = np.abs((left.conj() * right).sum(axis=0))
-    lengths = np.linalg.norm(left, axis=0) * np.linalg.norm(right, axis=0)
-    rounding = n * np.finfo(float).eps
-    # a defective pair moves by the root of the change, which first order calls infinite
-    error = np.linalg.norm(balanced) * np.minimum(rounding * lengths / np.maximum(product, 1e-300), np.sqrt(rounding))
-    order = np.lexsort((values.imag, values.real))
-    return np.asarray(values[order], dtype=complex), np.asarray(error[order], dtype=float)
 
 
 def controller_poles(controller: StateSpace) -> tuple[Complexes, Floats]:

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from magbear_cli.analysis.margins import Margins, is_crossing
-from magbear_cli.analysis.pole_family import eigenvalues_with_error
 from magbear_cli.analysis.supremum import sign_changes, supremum
 from magbear_cli.analysis.worst_case import WorstCase
+from magbear_cli.lti.eigenvalues import eigenvalues_with_error
 from magbear_cli.lti.sampled_system import SampledSystem, delta_polynomials
 from magbear_cli.model.held_plant import Sampling, held_plant, hold_filter, hold_mass, hold_shares
 from magbear_cli.model.problem import ControlProblem

@@ -1,6 +1,7 @@
 """Fewer states: Hankel singular values, balanced truncation and balanced residualisation.
 
-Poles that are not in the open left half-plane are split off first and kept exactly.
+Poles that are not in the open left half-plane, or no farther in it than their rounding error, are split off first and
+kept exactly.
 """
 
 from __future__ import annotations
@@ -10,10 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import schur, solve_sylvester
+from scipy.linalg.lapack import dtrsen
 
 from magbear_cli.errors import NumericsError
 from magbear_cli.lti.balancing import with_balanced_states, with_time_unit
 from magbear_cli.lti.connection import parallel
+from magbear_cli.lti.eigenvalues import eigenvalues_with_error
 from magbear_cli.lti.state_space import StateSpace
 
 NEGLIGIBLE = 1e-14  # Hankel singular values below this fraction of the largest are rounding
@@ -27,6 +30,11 @@ class _Balanced:
     values: NDArray[np.float64]
     rest: StateSpace
     unit_rad_s: float
+
+
+def least_order(system: StateSpace) -> int:
+    """How many poles reduction keeps: those not farther left of the axis than their rounding error, or not at all."""
+    return _balance(system).rest.order
 
 
 def hankel_singular_values(system: StateSpace) -> NDArray[np.float64]:
@@ -48,7 +56,7 @@ def balanced_truncation(system: StateSpace, order: int) -> StateSpace:
     Raises
     ------
     NumericsError
-        when order is less than the number of poles that are not stable.
+        when order is less than the number of poles that are kept (``least_order``).
 
     Notes
     -----
@@ -89,7 +97,10 @@ def _fast_part(part: StateSpace, k: int) -> tuple[NDArray[np.float64], NDArray[n
 def _kept(balanced: _Balanced, order: int) -> int:
     """How many stable states remain."""
     if order < balanced.rest.order:
-        raise NumericsError(f"{balanced.rest.order} poles are not stable and are kept; order {order} is too low")
+        raise NumericsError(
+            f"{balanced.rest.order} poles are not stable, or too close to the axis to tell, and are kept; "
+            f"order {order} is too low"
+        )
     return min(order - balanced.rest.order, balanced.stable.order)
 
 
@@ -112,17 +123,32 @@ def _balance(system: StateSpace) -> _Balanced:
 def _stable_and_rest(system: StateSpace) -> tuple[StateSpace, StateSpace]:
     """The sum of a stable system with the direct gain and one that holds all other poles.
 
+    A pole within its rounding error of the axis counts among the others: taken as stable, an integrator that was
+    rounded to −1e-13 rad/s has a Hankel singular value beside which those of all other states are lost.
+
     The QR algorithm rounds at the size of the largest entries, but spares small ones that stand last: with fast states
     first, slow poles keep their digits (on 33 poles over six decades it is five digits of the response at rest).
     """
     system = _fast_states_first(system)
-    t, z, count = schur(system.a, sort="lhp") if system.order else (system.a, system.a, 0)
+    t, z, count = _stable_first(system.a) if system.order else (system.a, system.a, 0)
     b, c = z.T @ system.b, system.c @ z
     t11, t12, t22 = t[:count, :count], t[:count, count:], t[count:, count:]
     x = solve_sylvester(t11, -t22, -t12) if 0 < count < system.order else np.zeros_like(t12)
     stable = StateSpace(t11, b[:count] - x @ b[count:], c[:, :count], system.d)
     rest = StateSpace(t22, b[count:], c[:, :count] @ x + c[:, count:], np.zeros_like(system.d))
     return stable, rest
+
+
+def _stable_first(a: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
+    """The real Schur form T, Z with A = Z T Zᵀ and the certainly stable eigenvalues first, and how many they are."""
+    t, z = schur(a)
+    values, errors = eigenvalues_with_error(a)
+    none = np.zeros(a.shape[0], dtype=np.int32)
+    _, _, real, imaginary, *_ = dtrsen(none, t, z, job="N")  # only to read the eigenvalues off T
+    nearest = np.abs(values[None, :] - (real + 1j * imaginary)[:, None]).argmin(axis=1)
+    stable = (real < -errors[nearest]).astype(np.int32)
+    t, z, _, _, count, *_ = dtrsen(stable, t, z, job="N")
+    return t, z, int(count)
 
 
 def _fast_states_first(system: StateSpace) -> StateSpace:

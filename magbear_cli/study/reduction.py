@@ -13,7 +13,7 @@ from magbear_cli.analysis.pole_family import pole_family
 from magbear_cli.analysis.uncertain_loop import mu_study
 from magbear_cli.analysis.worst_case import worst_case
 from magbear_cli.errors import NumericsError, Status
-from magbear_cli.lti.reduction import balanced_residualization, balanced_truncation, hankel_singular_values
+from magbear_cli.lti.reduction import balanced_residualization, balanced_truncation, hankel_singular_values, least_order
 from magbear_cli.lti.state_space import StateSpace
 from magbear_cli.model.problem import ControlProblem
 from magbear_cli.model.table import Column, Table
@@ -52,7 +52,7 @@ def reduce_design(problem: ControlProblem, design: Design, reduction: Mapping[st
         return design
     full = design.controller
     values = hankel_singular_values(full)
-    unstable = full.order - int((full.poles().real < 0.0).sum())
+    unstable = least_order(full)
     reached: dict[int, _Reduced] = {}
     if reduction["order"] == "auto":
         kept = _fewest(problem, full, REDUCE[reduction["method"]], reached, unstable)

@@ -12,7 +12,11 @@ from magbear_cli.lti.connection import parallel
 from magbear_cli.lti.conversion import from_transfer_function, from_zeros_poles_gain
 from magbear_cli.lti.frequency import frequency_response
 from magbear_cli.lti.norm import hinf_norm
-from magbear_cli.lti.reduction import balanced_residualization, balanced_truncation, hankel_singular_values
+from magbear_cli.lti.reduction import (
+    balanced_residualization,
+    balanced_truncation,
+    hankel_singular_values,
+)
 from magbear_cli.lti.state_space import StateSpace
 
 OMEGA = np.concatenate([[0.0], np.geomspace(1e-4, 1e8, 300), [np.inf]])
@@ -95,3 +99,47 @@ def test_refuses_to_lose_an_unstable_pole(reduce: Reduction) -> None:
     """An order below the number of unstable poles is an error."""
     with pytest.raises(NumericsError, match="not stable"):
         reduce(from_transfer_function([1.0], [1.0, 0.0, -4.0]), 0)
+
+
+def _with_pole(pole_rad_s: float, *, rounded: bool) -> StateSpace:
+    """An integrator whose pole is put somewhere, two real poles and two light pairs.
+
+    In modal form, or with all entries of A mixed by a rotation, which rounds them at the size of the fastest pole.
+    """
+    fast = from_transfer_function(
+        np.poly([-110.0, -150.0, -600 + 1500j, -600 - 1500j, -700 + 4000j, -700 - 4000j]).real,
+        np.poly([-2500.0, -5000.0, -500 + 1800j, -500 - 1800j, -650 + 4200j, -650 - 4200j]).real,
+    )
+    slow = StateSpace.of([[pole_rad_s]], [[1.0]], [[9.0]], [[0.0]])
+    system = parallel(slow, StateSpace(fast.a, fast.b, -5e4 * fast.c, -5e4 * fast.d))
+    if not rounded:
+        return system
+    q = np.linalg.qr(np.random.default_rng(3).standard_normal((system.order, system.order)))[0]
+    return StateSpace(q.T @ system.a @ q, q.T @ system.b, system.c @ q, system.d)
+
+
+@reductions
+@pytest.mark.parametrize("rounded", [False, True])
+def test_an_integrator_moved_by_rounding_costs_no_other_state(reduce: Reduction, *, rounded: bool) -> None:
+    """Wherever rounding has put the integrator's pole, the reduction is that of the exact integrator."""
+    omega = np.geomspace(1.0, 1e6, 200)
+    expected = frequency_response(reduce(_with_pole(0.0, rounded=False), 6), omega)
+    for pole in (-1e-16, -1e-14, -1e-13, -1e-12, -1e-11, -1e-10, -1e-9, 1e-13):
+        reduced = reduce(_with_pole(pole, rounded=rounded), 6)
+        assert reduced.order == 6
+        np.testing.assert_allclose(frequency_response(reduced, omega), expected, rtol=1e-5)
+
+
+@reductions
+def test_a_double_integrator_moved_by_rounding_is_kept(reduce: Reduction) -> None:
+    """Rounding moves the two poles far more than one, to both sides or along the axis."""
+    system = from_zeros_poles_gain([-1.0, -3.0, -50.0, -700.0], [0.0, 0.0, -800.0, -5e3, -3e4, -4e4], 1e9)
+    omega = np.geomspace(1.0, 1e6, 200)
+    expected = frequency_response(reduce(system, 5), omega)
+    generator = np.random.default_rng(4)
+    for _ in range(10):
+        q = np.linalg.qr(generator.standard_normal((6, 6)))[0]
+        mixed = StateSpace(q.T @ system.a @ q, q.T @ system.b, system.c @ q, system.d)
+        reduced = reduce(mixed, 5)
+        assert reduced.order == 5
+        np.testing.assert_allclose(frequency_response(reduced, omega), expected, rtol=1e-4)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -9,6 +12,7 @@ from magbear_cli.errors import NumericsError, Status
 from magbear_cli.lti.connection import parallel
 from magbear_cli.lti.state_space import StateSpace
 from magbear_cli.model.problem import ControlProblem, MassRange, RationalWeight
+from magbear_cli.study.judging import judge_loop
 from magbear_cli.study.reduction import reduce_design
 from magbear_cli.synthesis.design import Design
 from magbear_cli.synthesis.fixed_order import FixedOrderOptions, design_fixed_order
@@ -58,3 +62,24 @@ def test_no_controller_stays_none() -> None:
     """A design that gave up has nothing to reduce."""
     nothing = Design(None, Status.NOT_ACHIEVED, "none was found")
     assert reduce_design(PROBLEM, nothing, {"order": 1, "method": "truncation"}) is nothing
+
+
+@pytest.mark.parametrize("name", ["reduce_integrator", "reduce_integrator_exact"])
+def test_an_integrator_that_rounding_has_moved_costs_no_other_state(name: str) -> None:
+    """A published rig's controller with its integrator at −1.25e-13 rad/s and at 0: peak S is 1.80."""
+    current, gap = 1.0, 0.432e-3
+    stiffness = 4.0 * 2.600303281978716e-06 * current / gap**2
+    problem = ControlProblem(
+        stiffness * current / gap, stiffness, MassRange(1.6, 1.6), RationalWeight((0.1, 0.1), (1.0, 0.01)), None
+    )
+    matrices = json.loads((Path(__file__).parent / "inputs" / f"{name}.json").read_text(encoding="utf-8"))
+    design = Design(StateSpace.of(*(matrices[key] for key in "abcd")), Status.OK)
+    reduced = reduce_design(problem, design, {"order": 6, "method": "truncation"}).controller
+    assert reduced is not None
+    assert reduced.order == 6
+    assert judge_loop(problem, reduced)[0].peak_sensitivity == pytest.approx(1.798, abs=1e-3)
+    fewest = reduce_design(problem, design, {"order": "auto", "method": "truncation"}).controller
+    assert fewest is not None
+    assert fewest.order >= 1
+    with pytest.raises(NumericsError, match="1 poles that are not stable"):
+        reduce_design(problem, design, {"order": 0, "method": "truncation"})
