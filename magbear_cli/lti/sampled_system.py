@@ -25,6 +25,7 @@ Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
 _CIRCLE = np.geomspace(1e-6, np.pi, 400)  # angles (rad) at which the peak of a section is looked for
+_LEAST_TURN = 1e-12  # in δ; poles nearer to zero are taken for integrators when the unit of a state is chosen
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,7 +151,8 @@ def bilinear(system: StateSpace, sample_time_s: float, prewarp_rad_s: float = 0.
 def _section(zeros: Complexes, poles: Complexes, direct: float) -> StateSpace:
     """direct·Π(δ − zero)/Π(δ − pole) with as many zeros as poles, in states that rounding hardly disturbs.
 
-    Two real poles follow each other; a pair σ ± jω is a rotation, less tight where ω is small.
+    Two real poles follow each other; a pair σ ± jω is a rotation, less tight where ω is small. How one state drives the
+    next is a matter of units; poles at zero give none, and there the second state drives the output as it is driven.
     """
     if poles.size == 0:
         return StateSpace.gain([[direct]])
@@ -160,8 +162,10 @@ def _section(zeros: Complexes, poles: Complexes, direct: float) -> StateSpace:
     first, second = (poles[0], poles[1]) if poles[0].imag == 0 else (poles[0].real, poles[0].real)
     slope = direct * (poles.sum() - zeros.sum()).real
     square = 0.0 if poles[0].imag == 0 else poles[0].imag ** 2
-    turn = max(np.sqrt(square), 0.1 * float(np.abs(poles).max()))
     rest = direct * (np.prod(second - zeros).real - square)
+    turn = max(np.sqrt(square), 0.1 * float(np.abs(poles).max()))
+    if turn < _LEAST_TURN:
+        turn = float(np.sqrt(abs(rest))) or 1.0
     a = [[first.real, -square / turn], [turn, second.real]]
     return with_balanced_states(StateSpace.of(a, [1.0, 0.0], [[slope, rest / turn]], [[direct]]))
 

@@ -17,6 +17,7 @@ from magbear_cli.analysis.sampled_loop import (
     sampled_worst_case,
 )
 from magbear_cli.analysis.worst_case import worst_case
+from magbear_cli.lti.conversion import from_zeros_poles_gain
 from magbear_cli.lti.sampled_system import SampledSystem, bilinear
 from magbear_cli.lti.state_space import StateSpace
 from magbear_cli.model.held_plant import Sampling, held_plant
@@ -104,3 +105,18 @@ def test_an_integrator_is_no_crossing(slow_pi: StateSpace) -> None:
             slow_pi.a, slow_pi.b, part * margins.gain_low * slow_pi.c, part * margins.gain_low * slow_pi.d
         )
         assert is_stable_on_samples(_loop(problem, weaker, 2e-5)) is stable
+
+
+@pytest.mark.parametrize("integrators", [0, 1, 2])
+@pytest.mark.parametrize("slow_rad_s", [0.5, 5.0, 20.0])
+def test_no_margin_is_tighter_than_the_disk_allows(integrators: int, slow_rad_s: float) -> None:
+    """Gains from (2 − α)/(2 + α) to its inverse and phases up to 2 atan(α/2), with none to two integrators."""
+    zeros, poles = [-60.0, *[-slow_rad_s] * integrators], [-2e4, *[0.0] * integrators]
+    problem = ControlProblem(62_500.0, 50.0, MassRange(3.0, 3.9), RationalWeight((0.4, 4.0), (1.0, 0.01)), None)
+    loop = _loop(problem, from_zeros_poles_gain(zeros, poles, -8e5 * 20.0), 2e-5)
+    assert is_stable_on_samples(loop)
+    margins = sampled_margins(loop)
+    least = (2 - margins.disk) / (2 + margins.disk)
+    assert margins.gain_low <= least * (1 + 1e-9)
+    assert margins.gain_high >= (1 - 1e-9) / least
+    assert margins.phase_deg >= np.degrees(2 * np.arctan(margins.disk / 2)) * (1 - 1e-9)

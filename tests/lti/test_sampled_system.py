@@ -105,6 +105,33 @@ def test_every_root_finds_one_place(poles: list[complex], data: st.DataObject) -
     assert sum(around.size == 1 for _, around in groups) <= 1
 
 
+@pytest.mark.parametrize("time", [2e-6, 2e-5, 1e-4])
+@pytest.mark.parametrize(
+    "system",
+    [
+        # a scanning stage: two integrators, zeros at -10, -40 and -600 rad/s, in companion form
+        StateSpace.of(
+            [[-20000.0, -0.0, -0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+            [[1.0], [0.0], [0.0]],
+            [[774e9, -1216e9, -9600e9]],
+            [[-4e7]],
+        ),
+        from_zeros_poles_gain([-10.0, -40.0], [0.0, 0.0], -3.0),
+        from_zeros_poles_gain([], [0.0, 0.0], -3.0),
+        from_zeros_poles_gain([-1.0, -2.0, -30.0], [0.0, 0.0, 0.0, -1e3], -3.0),
+        from_zeros_poles_gain([-1.0], [-1e-9, -1e-9], -3.0),
+    ],
+)
+def test_a_double_integrator_has_an_image(system: StateSpace, time: float) -> None:
+    """Sections and matrices in z respond as s = (2/T)(z − 1)/(z + 1) says, and poles at zero stay at δ = 0."""
+    chain = bilinear(system, time)
+    expected = frequency_response(system, 2.0 / time * np.tan(ANGLES / 2.0))[:, 0, 0]
+    np.testing.assert_allclose(chain.response(ANGLES), expected, rtol=1e-9)
+    whole = chain.incremental
+    np.testing.assert_allclose([whole(np.exp(1j * angle) - 1.0)[0, 0] for angle in ANGLES], expected, rtol=1e-6)
+    assert chain.has_integrator == bool((np.abs(system.poles()) == 0.0).any())
+
+
 def test_a_gain_stays_a_gain() -> None:
     """A controller without states answers each sample at once."""
     chain = bilinear(StateSpace.gain([[-3.0]]), TIME)
