@@ -107,12 +107,14 @@ def modal_form(system: StateSpace) -> ModalForm | None:
     for _ in range(NEWTON_STEPS):  # the eigenvectors are V + V turn
         defect = x @ residual
         poles_rest = poles_rest + np.diag(defect)
-        with np.errstate(all="ignore"):  # equal poles are told by what is not finite
+        with np.errstate(all="ignore"):  # equal poles, as of several like channels, are told by what is not finite
             turn = turn + defect / distance
+        if not np.isfinite(turn).all():
+            return None
         v_rest = v @ turn
         residual = first + (a @ v_rest - v_rest * poles) - (v + v_rest) * poles_rest
     missing = accurate_difference((identity, zero, zero), accurate_product(rows, columns))  # I − X V
-    if not (np.isfinite(turn).all() and np.isfinite(missing).all()):
+    if not np.isfinite(missing).all():
         return None
     inputs = sum(accurate_product(rows, split(b, axis=0)))
     outputs = sum(accurate_product(split(c, axis=1), columns))

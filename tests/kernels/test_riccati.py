@@ -59,3 +59,12 @@ def test_bad_data_get_a_sentence(
     """Data outside the assumptions end in a sentence and not in a number."""
     with pytest.raises(NumericsError, match=sentence):
         solve_care(*(np.array(matrix) for matrix in (a, b, q, r)))
+
+
+def test_a_stable_plant_without_cost_needs_no_control() -> None:
+    """Q = 0 and a stable A: the stabilising solution is zero, exactly."""
+    generator = np.random.default_rng(0)
+    a, b = generator.standard_normal((4, 4)) - 4.0 * np.eye(4), generator.standard_normal((4, 2))
+    x, residual = solve_care(a, b, np.zeros((4, 4)), np.eye(2))
+    assert not x.any()
+    assert residual == 0.0

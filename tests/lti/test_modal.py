@@ -83,3 +83,20 @@ def test_differences_of_products_are_right_to_the_last_digit() -> None:
     np.testing.assert_allclose(
         accurate_difference(accurate_product(split(a, 1), split(b, 0)), split(c, 1)), exact, atol=1e-27
     )
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_equal_poles_of_several_channels_are_answered_without_a_warning(seed: int) -> None:
+    """Like channels, mixed by a rotation: there is a form that responds as solving does, or none."""
+    generator = np.random.default_rng(seed)
+    k, m = int(generator.integers(1, 5)), int(generator.integers(2, 4))
+    q = np.linalg.qr(generator.standard_normal((m * k, m * k)))[0]
+    a = q.T @ np.kron(np.eye(m), generator.standard_normal((k, k))) @ q
+    b, c = generator.standard_normal((m * k, m)), generator.standard_normal((m, m * k))
+    form = modal_form(StateSpace(a, b, c, np.zeros((m, m))))
+    if form is None:
+        return
+    omega = np.array([0.1, 3.0])
+    response, error = form.response(omega)
+    expected = np.array([c @ np.linalg.solve(1j * w * np.eye(m * k) - a, b) for w in omega])
+    assert (np.abs(response - expected).max(axis=(1, 2)) <= 10.0 * error + 1e-9 * np.abs(expected).max()).all()
