@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from magbear_cli.errors import NumericsError
 from magbear_cli.kernels.block_structure import BlockStructure
-from magbear_cli.kernels.scaling_descent import PATIENT, SWIFT, descend
+from magbear_cli.kernels.scaling_descent import PATIENT, descend, schedule_of_numbers
 from magbear_cli.kernels.structured_singular_value import mu_upper_bound, osborne_log_scaling
 
 Floats = NDArray[np.float64]
@@ -65,7 +65,8 @@ def block_upper_bound(matrices: Complexes, structure: BlockStructure) -> BlockBo
     unit = stack / size[:, None, None]
     motion = _BlockMotion.balanced(unit, structure)
     if len(motion.left_directions) > 1:
-        descend(motion, unit.shape[0], PATIENT if structure.has_matrix else SWIFT)
+        schedule = PATIENT if structure.has_matrix else schedule_of_numbers(len(structure.blocks))
+        descend(motion, unit.shape[0], schedule)
     left, _ = motion.factors(structure.rows, motion.log_rows)
     right, right_inverse = motion.factors(structure.columns, motion.log_columns)
     upper = np.asarray(np.linalg.svd(left @ unit @ right_inverse, compute_uv=False)[:, 0], dtype=float)

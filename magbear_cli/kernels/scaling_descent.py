@@ -32,8 +32,14 @@ class Schedule:
     steps: int
 
 
-SWIFT = Schedule(64.0, 2e9, 90)  # where scalings are diagonal: up to three blocks it ends within 1e-6
+SWIFT = Schedule(64.0, 2e9, 90)  # up to three blocks with a number each: it ends within 1e-6
+MANY_NUMBERS = Schedule(1.3, 1e6, 400)  # more than three blocks: several singular values coincide at the least
 PATIENT = Schedule(2.0, 1e6, 150)  # along the narrow valleys of matrix scalings, where many singular values coincide
+
+
+def schedule_of_numbers(count: int) -> Schedule:
+    """How p rises where each of so many blocks is scaled by a number."""
+    return SWIFT if count <= 3 else MANY_NUMBERS
 
 
 class Motion(Protocol):

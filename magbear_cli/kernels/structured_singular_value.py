@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magbear_cli.errors import NumericsError
-from magbear_cli.kernels.scaling_descent import descend
+from magbear_cli.kernels.scaling_descent import descend, schedule_of_numbers
 from magbear_cli.kernels.three_scalar_blocks import least_log_scaling
 
 Floats = NDArray[np.float64]
@@ -174,7 +174,7 @@ def _descended(problem: _Balanced, log_d: Floats) -> Floats:
     """Log D of the least largest singular value by the general descent, from a balanced start."""
     motion = _DiagonalMotion(problem, log_d)
     if log_d.shape[0]:
-        descend(motion, log_d.shape[0])
+        descend(motion, log_d.shape[0], schedule_of_numbers(log_d.shape[1]))
     return motion.log_d
 
 

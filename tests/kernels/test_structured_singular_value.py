@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -147,3 +150,24 @@ def test_slicot_agrees(n: int) -> None:
     blocks = np.ones(n, dtype=int)
     oracle = [slycot.ab13md(matrix, blocks, 2 * blocks)[0] for matrix in balanced]
     np.testing.assert_allclose(upper, oracle, rtol=2e-6)
+
+
+def test_eight_blocks_whose_singular_values_coincide() -> None:
+    """The least over D is 5.74118, by slycot's ab13md and by a simplex search on log D."""
+    text = (Path(__file__).parent / "inputs" / "mu_eight_blocks.json").read_text(encoding="utf-8")
+    parts = json.loads(text)
+    upper, d = mu_upper_bound((np.array(parts["real"]) + 1j * np.array(parts["imag"]))[None])
+    assert upper[0] == pytest.approx(5.7411801, rel=1e-6)
+    assert np.prod(d) == pytest.approx(1.0, rel=1e-9)
+
+
+@pytest.mark.parametrize("n", [4, 6, 8])
+def test_the_least_of_many_badly_scaled_blocks(n: int) -> None:
+    """Rows and columns up to e^8 apart: never above what slycot's ab13md finds."""
+    slycot = pytest.importorskip("slycot")
+    generator = np.random.default_rng(n)
+    shape = (60, n, n)
+    matrices = generator.standard_normal(shape) + 1j * generator.standard_normal(shape)
+    matrices *= np.exp(generator.uniform(-8.0, 8.0, (60, n, 1)) + generator.uniform(-8.0, 8.0, (60, 1, n)))
+    expected = [slycot.ab13md(matrix, np.ones(n, int), np.full(n, 2))[0] for matrix in matrices]
+    assert (mu_upper_bound(matrices)[0] <= np.array(expected) * (1.0 + 2e-5)).all()
