@@ -10,7 +10,7 @@ from magbear_cli.lti.balancing import with_balanced_states, with_time_unit
 from magbear_cli.lti.connection import series
 from magbear_cli.lti.state_space import StateSpace
 
-ZERO = 1e-13  # a leading coefficient this small against its row is rounding: it would mean a zero 1e13 times too fast
+ZERO = 1e-13  # a sum this small beside its terms is rounding
 
 
 def from_transfer_function(num: ArrayLike, den: ArrayLike) -> StateSpace:
@@ -86,27 +86,79 @@ def zeros_poles_gain(system: StateSpace) -> tuple[NDArray[np.complex128], NDArra
     -----
     While D = 0, y = 0 says that the state along C vanishes; so does its derivative, which is then the output of a
     system with one state less (the structure algorithm: Silverman 1969; Emami-Naeini and Van Dooren 1982). Once
-    D ≠ 0 the zeros are the eigenvalues of A − B D⁻¹ C.
+    D ≠ 0 the zeros are the eigenvalues of A − B D⁻¹ C. How often D = 0 is told beforehand by the first of C B, C A B …
+    that is not rounding beside the products it is the sum of, which does not depend on the units of the states; D
+    counts as rounding where it would mean a zero 1e13 times as fast as all else. The state is eliminated, not rotated
+    away: rotations would mix slow states with fast ones and lose their digits.
     """
     if (system.inputs, system.outputs) != (1, 1):
         raise NumericsError("zeros, poles and gain are those of a system with one input and one output")
-    omega = _typical_speed(system)
+    omega, poles = _typical_speed(system), system.poles()
     scaled = with_balanced_states(with_time_unit(system, omega))
-    a, b, c, d, gain = scaled.a, scaled.b[:, 0], scaled.c[0], float(scaled.d[0, 0]), 1.0
-    relative_degree = 0
-    while a.shape[0] and abs(d) <= ZERO * float(np.linalg.norm(b) * np.linalg.norm(c)):
-        size = float(np.linalg.norm(c))
-        if size == 0.0:
+    direct = float(scaled.d[0, 0])
+    degree, leading = _leading_markov(scaled)
+    if leading == 0.0:
+        return (poles.copy(), poles, direct) if direct != 0.0 else (np.zeros(0, complex), poles, 0.0)
+    if direct != 0.0:
+        beyond = ZERO * (abs(leading) / abs(direct)) ** (
+            1.0 / degree
+        )  # how fast D makes the fastest zeros, if it is small
+        slower = np.abs(poles).max() / omega
+        if beyond > slower and system.order > 1:  # poles beside an integrator may all be slow: look at the zeros too
+            slower = max(slower, float(np.abs(_zeros(scaled, degree, leading)).max(initial=0.0)))
+        if beyond <= slower or system.order == 1:
+            degree, leading = 0, direct
+    zeros = _zeros(scaled, degree, leading) * omega
+    return np.sort_complex(zeros), poles, leading * omega**degree
+
+
+def _leading_markov(system: StateSpace) -> tuple[int, float]:
+    """The first of C B, C A B … that is not zero and its number from one; zero and 0.0 where all are.
+
+    Where none stands out of its rounding, that which does most.
+    """
+    c, state = system.c[0], system.b[:, 0]
+    size, modulus, unit = np.abs(state), np.abs(system.a), 1.0
+    best, degree, leading = 0.0, 0, 0.0
+    for number in range(1, system.order + 1):
+        value, terms = float(c @ state), float(np.abs(c) @ size)
+        if abs(value) > best * terms:
+            best, degree, leading = abs(value) / terms, number, value * unit
+        if best > ZERO:
             break
-        q = _basis_ending_with(c / size)
-        a, b = q.T @ a @ q, q.T @ b
-        gain *= size
-        a, c, b, d = a[:-1, :-1], a[-1, :-1], b[:-1], float(b[-1])
-        relative_degree += 1
-    if d == 0.0:
-        return np.zeros(0, complex), system.poles(), 0.0
-    zeros = np.linalg.eigvals(a - np.outer(b, c) / d).astype(complex) * omega
-    return np.sort_complex(zeros), system.poles(), gain * d * omega**relative_degree
+        state, size = system.a @ state, modulus @ size
+        largest = float(size.max()) or 1.0
+        state, size, unit = state / largest, size / largest, unit * largest
+    return degree, leading
+
+
+def _zeros(system: StateSpace, degree: int, leading: float) -> NDArray[np.complex128]:
+    """The zeros of a system of known relative degree and leading coefficient; a direct gain counts at degree 0 only."""
+    rest, share = system, 1.0
+    for _ in range(degree):
+        rest, size = _with_output_held(rest)
+        share *= size
+    # the leading coefficient is known better than what elimination has left of it
+    inner = rest.a - rest.b @ rest.c / (leading / share)
+    n = inner.shape[0]
+    inner = with_balanced_states(StateSpace(inner, np.zeros((n, 1)), np.zeros((1, n)), np.zeros((1, 1)))).a
+    return np.linalg.eigvals(inner).astype(complex)
+
+
+def _with_output_held(system: StateSpace) -> tuple[StateSpace, float]:
+    """The system with y = 0, the derivative of y over a size for its output and one state less; and that size.
+
+    The state with the largest share in y gives way, so that no multiplier is above one.
+    """
+    a, b, c = system.a.copy(), system.b.copy(), system.c[0]
+    place = int(np.abs(c).argmax())
+    size = float(c[place])
+    share = c / size
+    a[place], b[place] = share @ a, share @ b
+    others = np.arange(c.size) != place
+    a = (a - np.outer(a[:, place], share))[:, others]
+    rest = StateSpace(a[others], b[others], a[[place]], b[[place]])
+    return with_balanced_states(rest), size
 
 
 def _typical_speed(system: StateSpace) -> float:
@@ -114,14 +166,6 @@ def _typical_speed(system: StateSpace) -> float:
     sizes = np.abs(system.poles())
     sizes = sizes[sizes > 0]
     return float(np.exp(np.log(sizes).mean())) if sizes.size else 1.0
-
-
-def _basis_ending_with(unit: NDArray[np.float64]) -> NDArray[np.float64]:
-    """An orthogonal matrix whose last column is the given unit vector, up to its sign made right."""
-    q, _ = np.linalg.qr(unit[:, None], mode="complete")
-    q = np.roll(q, -1, axis=1)
-    q[:, -1] = unit
-    return np.asarray(q, dtype=float)
 
 
 def _polynomial(coefficients: ArrayLike, name: str) -> NDArray[np.float64]:

@@ -109,3 +109,57 @@ def test_refuses_what_is_no_transfer_function() -> None:
         from_zeros_poles_gain([], [-1 + 1j, -2.0], 1.0)
     with pytest.raises(NumericsError, match="one input and one output"):
         zeros_poles_gain(StateSpace.gain([[1.0, 2.0]]))
+
+
+@pytest.mark.parametrize("slow", [[-1e-4, -1e-4], [-1e-4], [-1e-2, -1e-2], [0.0, 0.0], [0.0]])
+@pytest.mark.parametrize("form", ["sections", "companion"])
+def test_no_zero_is_lost_beside_slow_poles(slow: list[float], form: str) -> None:
+    """Random roots over six decades beside slow poles: as many zeros as given, and the response that they say."""
+    generator = np.random.default_rng(6)
+    omega = np.geomspace(1e-4, 1e6, 41)
+    s = 1j * omega[:, None]
+    for _ in range(100):
+        poles = np.append(-(10.0 ** generator.uniform(-1.0, 5.0, int(generator.integers(2, 6)))), slow)
+        zeros = -(10.0 ** generator.uniform(-1.0, 5.0, int(generator.integers(0, poles.size + 1))))
+        gain = -(10.0 ** generator.uniform(-2.0, 6.0))
+        if form == "sections":
+            system = from_zeros_poles_gain(zeros, poles, gain)
+        else:
+            system = from_transfer_function(gain * np.atleast_1d(np.poly(zeros)), np.poly(poles))
+        found_zeros, found_poles, found_gain = zeros_poles_gain(system)
+        assert found_zeros.size == zeros.size
+        assert found_gain == pytest.approx(gain, rel=1e-6)
+        found = found_gain * np.prod(s - found_zeros, axis=1) / np.prod(s - found_poles, axis=1)
+        np.testing.assert_allclose(found, frequency_response(system, omega)[:, 0, 0], rtol=1e-4)
+
+
+@pytest.mark.parametrize(("zeros", "poles"), [([-10.0], [-1e-13]), ([-10.0, -40.0], [-1e-13, -1e-13]), ([-3.0], [0.0])])
+def test_a_pole_as_good_as_zero_takes_no_zero_along(zeros: list[float], poles: list[float]) -> None:
+    """The direct gain counts though its zero is 1e13 times as fast as all poles: there is no other root to lose."""
+    found, _, gain = zeros_poles_gain(from_zeros_poles_gain(zeros, poles, -3.0))
+    np.testing.assert_allclose(found, np.sort(zeros), rtol=1e-9)
+    assert gain == pytest.approx(-3.0, rel=1e-9)
+
+
+def test_a_direct_gain_that_is_rounding_makes_no_zero() -> None:
+    """A zero 1e17 times as fast as the poles would take their digits from all others."""
+    system = from_zeros_poles_gain([-5.0, -7.0], [-1.0, -2.0, -3.0], 4.0)
+    zeros, _, gain = zeros_poles_gain(StateSpace(system.a, system.b, system.c, np.array([[1e-17]])))
+    np.testing.assert_allclose(zeros, [-7.0, -5.0], rtol=1e-9)
+    assert gain == pytest.approx(4.0, rel=1e-9)
+
+
+def test_zeros_survive_a_rotation_of_the_states() -> None:
+    """Mixed states leave a leading coefficient of zero as rounding, which is told from a small one."""
+    generator = np.random.default_rng(0)
+    for _ in range(200):
+        order = int(generator.integers(2, 9))
+        poles, zeros = (
+            -(10.0 ** generator.uniform(0.0, 1.0, n)) for n in (order, int(generator.integers(0, order + 1)))
+        )
+        system = from_zeros_poles_gain(zeros, poles, 2.0)
+        q = np.linalg.qr(generator.standard_normal((order, order)))[0]
+        mixed = StateSpace(q.T @ system.a @ q, q.T @ system.b, system.c @ q, system.d)
+        found, _, gain = zeros_poles_gain(mixed)
+        assert found.size == zeros.size
+        assert gain == pytest.approx(2.0, rel=1e-6)
