@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from magbear_cli.cli.output import tell
 from magbear_cli.cli.session import Request, announcement, compute
 from magbear_cli.errors import ExitCode
+from magbear_cli.library.ending import end_run
 
 if TYPE_CHECKING:
     from magbear_cli.spec import Study
@@ -70,7 +71,7 @@ def compute_studies(
         results = {}
         for name, member in zip(studies, members, strict=True):
             _share(member, members)
-            results[name] = member.directory.gather(member.cases, member.study.name, member.study.report)
+            results[name] = end_run(member.study, member.cases, member.directory)
     return results, interrupted
 
 

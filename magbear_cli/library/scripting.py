@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from magbear_cli.errors import InputError, NumericsError
+from magbear_cli.library.ending import end_run
 from magbear_cli.library.planning import planned_cases
 from magbear_cli.library.stored import results_file
 from magbear_cli.spec import Study, compile_limits, read_study, read_study_text
 from magbear_cli.store.results import read_results as read_results_file
-from magbear_cli.store.results import write_results
 from magbear_cli.store.run_directory import RunDirectory
 from magbear_cli.study.events import CaseEnded, Event
 from magbear_cli.study.outcome import CaseOutcome, StudyResults
@@ -53,7 +53,7 @@ def run(
     jobs: int | None = None,
     told: Callable[[Event], None] | None = None,
 ) -> StudyResults:
-    """Compute all cases of a study that are not stored yet, and answer its results.
+    """Compute all cases of a study that are not stored yet, and answer its results, whole as the results file has them.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def run(
                 directory.keep(event.outcome)
             if told is not None:
                 told(event)
-        write_results(directory.results_path, directory.gather(cases, asked.name, asked.report))
+        end_run(asked, cases, directory)
         return read_results_file(directory.results_path)
 
 

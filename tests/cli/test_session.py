@@ -16,6 +16,7 @@ from typing import Any, NoReturn
 import psutil
 import pytest
 
+import magbear_cli as magbear
 from magbear_cli.cli.main import Terminated
 from magbear_cli.errors import ResumableError
 from magbear_cli.library.planning import planned_cases
@@ -95,6 +96,22 @@ def test_a_second_run_reuses_the_first(command: Command, tiny: Path, tmp_path: P
     fresh = command("run", tiny, "--fresh", "--json", "-j", "1")
     assert "2 cases to compute, 1 at a time" in fresh.err
     assert (out / "results.h5").read_bytes() == content
+
+
+@pytest.mark.usefixtures("quick_report")
+@pytest.mark.parametrize("most_whole", [1, 2])  # under and at the number of cases
+def test_a_run_keeps_every_controller_and_has_the_bytes_of_the_library(
+    command: Command, tiny: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, most_whole: int
+) -> None:
+    """However many cases are held for the report, the results file holds all of each, as that of a run from Python."""
+    monkeypatch.setattr("magbear_cli.store.run_directory.MOST_WHOLE", most_whole)
+    assert command("run", tiny, "-o", "out", "-j", "1").code == 0
+    for outcome in read_results(tmp_path / "out" / "results.h5").outcomes:
+        assert outcome.controller is not None
+        assert outcome.frequency is not None
+        assert all(step.position_m.size for step in outcome.steps)
+    magbear.run(tiny, tmp_path / "python", jobs=1)
+    assert (tmp_path / "python" / "results.h5").read_bytes() == (tmp_path / "out" / "results.h5").read_bytes()
 
 
 @pytest.mark.usefixtures("quick_report")

@@ -68,6 +68,18 @@ def test_a_study_is_run_like_the_commands(tmp_path: Path) -> None:
     assert [outcome.case_id for outcome in read.outcomes] == [outcome.case_id for outcome in again.outcomes]
 
 
+@pytest.mark.parametrize("most_whole", [1, 2])  # under and at the number of cases
+def test_a_run_keeps_every_controller(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, most_whole: int) -> None:
+    """However many cases the answer holds with their samples, the results file holds all of each case."""
+    monkeypatch.setattr("magbear_cli.store.run_directory.MOST_WHOLE", most_whole)
+    results = magbear.run(TINY, tmp_path / "out", jobs=1)
+    for outcome in (*results.outcomes, *magbear.read_results(tmp_path / "out").outcomes):
+        assert outcome.controller is not None
+        assert outcome.frequency is not None
+        assert outcome.poles is not None
+        assert outcome.statistics
+
+
 def test_results_open_as_labelled_arrays(tmp_path: Path) -> None:
     """Peak mu read through xarray is what the table says, on axes with units."""
     results = magbear.run(TINY, tmp_path / "out", jobs=1)
