@@ -11,6 +11,7 @@ from pydantic import ValidationError
 
 from magbear_cli.spec.cases import LARGEST_COUNT, Plan, read_axes
 from magbear_cli.spec.files import STDIN_NAME, read_text
+from magbear_cli.spec.grammar import methods_in
 from magbear_cli.spec.models import FRAME_KEYS, Report, Run, StudyFile
 from magbear_cli.spec.nodes import Mark, Node, PathError, assign, child_of, descendant, plain
 from magbear_cli.spec.overrides import apply_override, parse_override
@@ -116,13 +117,14 @@ def read_study_text(text: str, source: str, overrides: Sequence[str] = (), folde
     faults = Faults()
     shelf = Shelf(folder, faults)
     root = _read_root(text, source, faults)
-    for override in (parse_override(item, faults) for item in overrides):
+    for item in overrides:
+        override = parse_override(item, faults, [] if root is None else methods_in(root))
         if override is not None and root is not None:
             root = apply_override(root, override, shelf, faults)
     if root is None:
         faults.stop()
         raise RuntimeError("a study was refused without a reason")
-    axes = read_axes(child_of(root, "sweep"), faults)
+    axes = read_axes(child_of(root, "sweep"), faults, methods_in(root))
     plan = Plan(_without(root, FRAME_KEYS), axes, shelf)
     if plan.count > LARGEST_COUNT:
         place = (child_of(root, "sweep") or root).place
