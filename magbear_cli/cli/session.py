@@ -53,6 +53,7 @@ class Request:
     executor: str = "local"
     scheduler: str | None = None
     accept_mixed: bool = False
+    no_lock: bool = False
     events: str | None = None
     fresh: bool = False
     max_failures: int | None = None
@@ -75,7 +76,7 @@ def run_session(study: Study, request: Request, present: Present | None = None) 
     options = _limits(study, request)
     output = usable_directory(default_output(study.name, request.shard) if request.output is None else request.output)
     with (
-        RunDirectory(output, study.text, accept_mixed=request.accept_mixed) as directory,
+        RunDirectory(output, study.text, accept_mixed=request.accept_mixed, must_lock=not request.no_lock) as directory,
         open_events(request.events) as events,
     ):
         try:

@@ -52,6 +52,7 @@ def run(
     *,
     jobs: int | None = None,
     told: Callable[[Event], None] | None = None,
+    must_lock: bool = True,
 ) -> StudyResults:
     """Compute all cases of a study that are not stored yet, and answer its results, whole as the results file has them.
 
@@ -61,6 +62,7 @@ def run(
     output : directory of the run, kept like that of ``magbear run``; None for a temporary one that is removed
     jobs : worker processes; None for one a usable core
     told : called with each event of the run
+    must_lock : False to run also where the file system cannot lock; the caller then keeps other runs out
 
     Raises
     ------
@@ -70,7 +72,7 @@ def run(
     if output is None:
         scratch = tempfile.mkdtemp(prefix="magbear-")
         try:
-            return run(study, scratch, jobs=jobs, told=told)
+            return run(study, scratch, jobs=jobs, told=told, must_lock=must_lock)
         finally:
             shutil.rmtree(scratch, ignore_errors=True)
     asked = load_study(study)
@@ -80,7 +82,7 @@ def run(
         timeout_s=asked.run.timeout_s,
         memory_bytes=int(asked.run.memory_gib * (1 << 30)),
     )
-    with RunDirectory(Path(output), asked.text) as directory:
+    with RunDirectory(Path(output), asked.text, must_lock=must_lock) as directory:
         missing = directory.missing(cases)
         directory.reserve(len(missing))
         for event in run_cases(missing, options):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import fcntl
 import json
 import os
 import shutil
@@ -179,6 +181,29 @@ def test_a_directory_in_use_is_left_alone(command: Command, tiny: Path, tmp_path
         lock.release()
     assert ended.code == 4
     assert f"process {os.getpid()}" in ended.err
+
+
+@pytest.mark.usefixtures("quick_report")
+def test_a_run_without_locks_is_done_on_request(
+    command: Command, finished: Path, tiny: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where the file system cannot lock, run, sweep and merge are refused with 4, and done with ``--no-lock``."""
+
+    def flock(_descriptor: int, _operation: int) -> NoReturn:
+        raise OSError(errno.EOPNOTSUPP, "Operation not supported")
+
+    monkeypatch.setattr(fcntl, "flock", flock)
+    shutil.copytree(finished / "cases", tmp_path / "out" / "cases")
+    for arguments in (["run", tiny, "-o", "out"], ["sweep", tiny, "-o", "out"], ["merge", "out", "-o", "whole"]):
+        refused = command(*arguments)
+        assert (refused.code, refused.out) == (4, "")
+        assert "give --no-lock" in refused.err
+        done = command(*arguments, "--no-lock")
+        assert done.code == 0, done.err
+        assert done.err.count("out is on a file system that cannot lock (Operation not supported)") == 1
+    assert len(magbear.run(tiny, tmp_path / "out", must_lock=False).outcomes) == 2
+    with pytest.raises(ResumableError, match="cannot lock"):
+        magbear.run(tiny, tmp_path / "out")
 
 
 def test_a_case_that_takes_too_long_does_not_stop_the_others(
