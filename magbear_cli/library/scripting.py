@@ -38,12 +38,17 @@ def load_study(source: StudyLike, overrides: Sequence[str] = ()) -> Study:
     magbear_cli.StudyError
         with everything that is wrong with it.
     """
+    return _read(source, overrides, for_limits=False)
+
+
+def _read(source: StudyLike, overrides: Sequence[str], *, for_limits: bool) -> Study:
+    """The study, or with ``for_limits`` what a limit looks at of it."""
     if isinstance(source, Study):
         return source if not overrides else read_study_text(source.text, source.source, overrides, source.folder)
     if isinstance(source, Mapping):
         text = json.dumps({"magbear": 1, "name": "study", **source}, indent=1, default=_plain)
-        return read_study_text(text, "the mapping", overrides, Path.cwd())
-    return read_study(source, overrides)
+        return read_study_text(text, "the mapping", overrides, Path.cwd(), for_limits=for_limits)
+    return read_study(source, overrides, for_limits=for_limits)
 
 
 def run(
@@ -145,7 +150,7 @@ def limit(
     Parameters
     ----------
     mass_kg : a mass, or (low, high)
-    study : gives bearing and weights; None for the thesis's thrust bearing
+    study : gives bearing and weights, the rest of it does not matter; None for the thesis's thrust bearing
     tolerance : relative width of the bracket
     overrides : ``KEY=VALUE`` each, as for ``--set``
 
@@ -160,7 +165,7 @@ def limit(
         asked = (float(mass_kg[0]), float(mass_kg[1]))
     else:
         raise InputError(f"mass_kg is a number or a pair (low, high), not {mass_kg}")
-    base = None if study is None else load_study(study)
+    base = None if study is None else _read(study, (), for_limits=True)
     text = compile_limits(
         [asked], [], tolerance, None if base is None else base.text, None if base is None else base.folder
     )
