@@ -50,7 +50,8 @@ def limits(  # noqa: PLR0913, PLR0917 - click hands them over by name
 
     One bracket for each mass range. Above it a controller is proven to meet the specification for every mass and every
     frequency; below it a checked certificate proves that no linear controller does. Without STUDY, for the thesis's
-    thrust bearing. The study's own bandwidth limits, controllers and simulations do not matter here.
+    thrust bearing. The study's own bandwidth limits, controllers, reductions, simulations and figures do not matter
+    here.
 
     A BASELINE is what --json printed before. A curve has moved when one of its sides differs by more than --tol. Curves
     of the baseline that were not asked for with --mass do not count.
@@ -66,7 +67,7 @@ def limits(  # noqa: PLR0913, PLR0917 - click hands them over by name
     if summary is not None and check is None:
         raise InputError("--summary tells what --check found: give --check BASELINE too")
     baseline = None if check is None else _baseline(check)
-    base = None if study is None else read_study(study)
+    base = None if study is None else read_study(study, for_limits=True)
     text = compile_limits(
         [parse_mass(mass) for mass in masses],
         over,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from magbear_cli.cli.options import RESULTS, as_json, usable_directory
+from magbear_cli.cli.options import RESULTS, as_json, no_lock, usable_directory
 from magbear_cli.errors import ExitCode, InputError
 
 if TYPE_CHECKING:
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 @click.option("-o", "--output", type=RESULTS, help="Directory of the whole run.  [default: out/STUDY_NAME]")
 @click.option("--progress/--no-progress", default=None, help="Show progress.  [default: on a terminal]")
 @click.option("--accept-mixed", is_flag=True, help="Take cases of another toolchain; the results name it.")
+@no_lock
 @as_json
 def merge(
     directories: tuple[Path, ...],
@@ -29,6 +30,7 @@ def merge(
     *,
     progress: bool | None,
     accept_mixed: bool,
+    no_lock: bool,
     as_json: bool,
 ) -> int:
     """Put the parts of a study together as one run.
@@ -50,10 +52,10 @@ def merge(
     study = read_study_text(text, str(directories[0] / "study.yaml"), (), directories[0])
     cases = planned_cases(study)
     path = usable_directory(default_output(study.name) if output is None else output)
-    with RunDirectory(path, text, accept_mixed=accept_mixed) as whole:
+    with RunDirectory(path, text, accept_mixed=accept_mixed, must_lock=not no_lock) as whole:
         for part in directories:
             if part.resolve() != path.resolve():
-                _take(part, text, cases, whole)
+                _take(part, text, cases, whole, must_lock=not no_lock)
         missing = whole.missing(cases)
         for note in dict.fromkeys(whole.notes):
             tell(f"note: {note}")
@@ -85,11 +87,11 @@ def _common_text(directories: Sequence[Path]) -> str:
     return texts[first]
 
 
-def _take(part: Path, text: str, cases: Sequence[Case], whole: RunDirectory) -> None:
+def _take(part: Path, text: str, cases: Sequence[Case], whole: RunDirectory, *, must_lock: bool) -> None:
     """Store each case that the whole lacks and the part has, while nobody else works in the part."""
     from magbear_cli.store.run_directory import RunDirectory
 
-    with RunDirectory(part, text, accept_mixed=whole.is_mixed_accepted) as source:
+    with RunDirectory(part, text, accept_mixed=whole.is_mixed_accepted, must_lock=must_lock) as source:
         lacking = whole.missing(cases)
         whole.adopt(source, lacking)
         source.missing(lacking)

@@ -29,6 +29,14 @@ def as_json(command: Command) -> Command:
     return click.option("--json", "as_json", is_flag=True, help="Print one JSON document and nothing else.")(command)
 
 
+def no_lock(command: Command) -> Command:
+    """``--no-lock``."""
+    return click.option(
+        "--no-lock", is_flag=True,
+        help="Run also where the file system cannot lock: see to it that no other run works in the directory.",
+    )(command)  # fmt: skip
+
+
 def running(command: Command) -> Command:
     """All that ``run`` and ``sweep`` have in common."""
     for option in reversed(
@@ -52,6 +60,7 @@ def running(command: Command) -> Command:
             click.option(
                 "--accept-mixed", is_flag=True, help="Take stored cases of another toolchain; the results name it."
             ),
+            no_lock,
             click.option("--events", metavar="FILE", help="Write what happens as JSON lines; - is standard output."),
             click.option("--fresh", is_flag=True, help="Compute every case again, stored or not."),
             click.option("--max-failures", type=click.IntRange(min=1), metavar="N", help="Stop after N failed cases."),

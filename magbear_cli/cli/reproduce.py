@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from magbear_cli.cli.options import as_json, overrides, usable_directory
+from magbear_cli.cli.options import as_json, no_lock, overrides, usable_directory
 from magbear_cli.errors import ExitCode, InputError
 
 if TYPE_CHECKING:
@@ -28,6 +28,7 @@ DEFAULT_OUTPUT = Path("out") / "reproduce"
 @click.option("-j", "--jobs", type=int, help="Worker processes.  [default: usable cores]")
 @click.option("--timeout", type=float, metavar="SECONDS", help="Limit of one case, above the studies' own.")
 @click.option("--fresh", is_flag=True, help="Compute every case again, stored or not.")
+@no_lock
 @click.option("--figures/--no-figures", default=True, help="Draw the counterparts of the thesis's figures.")
 @click.option("--progress/--no-progress", default=None, help="Show progress.  [default: on a terminal]")
 @overrides

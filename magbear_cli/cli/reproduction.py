@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from magbear_cli.cli.output import tell
 from magbear_cli.cli.session import Request, announcement, compute
 from magbear_cli.errors import ExitCode
+from magbear_cli.library.ending import end_run
 
 if TYPE_CHECKING:
     from magbear_cli.spec import Study
@@ -54,7 +55,7 @@ def compute_studies(
 
     A case that stands in two studies is computed once. Each study's ``results.h5`` is in its folder of the output.
     """
-    with _opened(studies, output) as members:
+    with _opened(studies, output, must_lock=not request.no_lock) as members:
         cases = {case.id: case for member in members for case in member.cases}
         missing: dict[str, Case] = {}
         for member in members:
@@ -70,7 +71,7 @@ def compute_studies(
         results = {}
         for name, member in zip(studies, members, strict=True):
             _share(member, members)
-            results[name] = member.directory.gather(member.cases, member.study.name, member.study.report)
+            results[name] = end_run(member.study, member.cases, member.directory)
     return results, interrupted
 
 
@@ -84,14 +85,17 @@ def _share(member: _Member, members: Sequence[_Member]) -> None:
 
 
 @contextmanager
-def _opened(studies: Mapping[str, Study], output: Path) -> Iterator[list[_Member]]:
+def _opened(studies: Mapping[str, Study], output: Path, *, must_lock: bool) -> Iterator[list[_Member]]:
     """The studies with their directories, locked; what was finished is told of when the run is broken off."""
     from magbear_cli.library.planning import planned_cases
     from magbear_cli.store.run_directory import RunDirectory
 
     planned = [planned_cases(study) for study in studies.values()]
     with ExitStack() as stack:
-        directories = [stack.enter_context(RunDirectory(output / name, study.text)) for name, study in studies.items()]
+        directories = [
+            stack.enter_context(RunDirectory(output / name, study.text, must_lock=must_lock))
+            for name, study in studies.items()
+        ]
         try:
             yield [_Member(*parts) for parts in zip(studies.values(), planned, directories, strict=True)]
         except BaseException as end:

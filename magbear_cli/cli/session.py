@@ -12,6 +12,7 @@ from magbear_cli.cli.event_stream import EventStream, open_events
 from magbear_cli.cli.options import usable_directory
 from magbear_cli.cli.output import put, put_json, tell
 from magbear_cli.errors import ExitCode, InputError
+from magbear_cli.library.ending import end_run
 
 if TYPE_CHECKING:
     from magbear_cli.cli.progress import Progress
@@ -52,6 +53,7 @@ class Request:
     executor: str = "local"
     scheduler: str | None = None
     accept_mixed: bool = False
+    no_lock: bool = False
     events: str | None = None
     fresh: bool = False
     max_failures: int | None = None
@@ -74,7 +76,7 @@ def run_session(study: Study, request: Request, present: Present | None = None) 
     options = _limits(study, request)
     output = usable_directory(default_output(study.name, request.shard) if request.output is None else request.output)
     with (
-        RunDirectory(output, study.text, accept_mixed=request.accept_mixed) as directory,
+        RunDirectory(output, study.text, accept_mixed=request.accept_mixed, must_lock=not request.no_lock) as directory,
         open_events(request.events) as events,
     ):
         try:
@@ -107,7 +109,7 @@ def _work(
         interrupted = compute(missing, options, figures, request, events, figures.chores)
         if interrupted is ExitCode.DONE:
             return conclude(study, planned, directory, request, present, figures)
-    results = directory.gather(cases, study.name, study.report)
+    results = end_run(study, cases, directory)
     tell(f"interrupted: {len(results.outcomes)} of {len(cases)} cases are stored in {directory.path}")
     tell(f"run the same command again to go on; magbear report {directory.path} draws what is there")
     return interrupted
@@ -124,7 +126,7 @@ def conclude(
     """From what is stored to the results file, the report and what is printed; a case without an answer has a code."""
     cases, asked = planned
     meanwhile = (lambda: None) if figures is None else figures.chores.glance
-    results = directory.gather(cases, study.name, study.report, meanwhile)
+    results = end_run(study, cases, directory, meanwhile)
     sheets = None if figures is None else figures.sheets(results)
     report = _report(results, directory.report_path.parent, request, sheets)
     shown = (present or _present)(results, directory.results_path, report, request)

@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from magbear_cli.errors import InputError, NumericsError
+from magbear_cli.library.ending import end_run
 from magbear_cli.library.planning import planned_cases
 from magbear_cli.library.stored import results_file
 from magbear_cli.spec import Study, compile_limits, read_study, read_study_text
 from magbear_cli.store.results import read_results as read_results_file
-from magbear_cli.store.results import write_results
 from magbear_cli.store.run_directory import RunDirectory
 from magbear_cli.study.events import CaseEnded, Event
 from magbear_cli.study.outcome import CaseOutcome, StudyResults
@@ -38,12 +38,17 @@ def load_study(source: StudyLike, overrides: Sequence[str] = ()) -> Study:
     magbear_cli.StudyError
         with everything that is wrong with it.
     """
+    return _read(source, overrides, for_limits=False)
+
+
+def _read(source: StudyLike, overrides: Sequence[str], *, for_limits: bool) -> Study:
+    """The study, or with ``for_limits`` what a limit looks at of it."""
     if isinstance(source, Study):
         return source if not overrides else read_study_text(source.text, source.source, overrides, source.folder)
     if isinstance(source, Mapping):
         text = json.dumps({"magbear": 1, "name": "study", **source}, indent=1, default=_plain)
-        return read_study_text(text, "the mapping", overrides, Path.cwd())
-    return read_study(source, overrides)
+        return read_study_text(text, "the mapping", overrides, Path.cwd(), for_limits=for_limits)
+    return read_study(source, overrides, for_limits=for_limits)
 
 
 def run(
@@ -52,8 +57,9 @@ def run(
     *,
     jobs: int | None = None,
     told: Callable[[Event], None] | None = None,
+    must_lock: bool = True,
 ) -> StudyResults:
-    """Compute all cases of a study that are not stored yet, and answer its results.
+    """Compute all cases of a study that are not stored yet, and answer its results, whole as the results file has them.
 
     Parameters
     ----------
@@ -61,6 +67,7 @@ def run(
     output : directory of the run, kept like that of ``magbear run``; None for a temporary one that is removed
     jobs : worker processes; None for one a usable core
     told : called with each event of the run
+    must_lock : False to run also where the file system cannot lock; the caller then keeps other runs out
 
     Raises
     ------
@@ -70,7 +77,7 @@ def run(
     if output is None:
         scratch = tempfile.mkdtemp(prefix="magbear-")
         try:
-            return run(study, scratch, jobs=jobs, told=told)
+            return run(study, scratch, jobs=jobs, told=told, must_lock=must_lock)
         finally:
             shutil.rmtree(scratch, ignore_errors=True)
     asked = load_study(study)
@@ -80,7 +87,7 @@ def run(
         timeout_s=asked.run.timeout_s,
         memory_bytes=int(asked.run.memory_gib * (1 << 30)),
     )
-    with RunDirectory(Path(output), asked.text) as directory:
+    with RunDirectory(Path(output), asked.text, must_lock=must_lock) as directory:
         missing = directory.missing(cases)
         directory.reserve(len(missing))
         for event in run_cases(missing, options):
@@ -88,7 +95,7 @@ def run(
                 directory.keep(event.outcome)
             if told is not None:
                 told(event)
-        write_results(directory.results_path, directory.gather(cases, asked.name, asked.report))
+        end_run(asked, cases, directory)
         return read_results_file(directory.results_path)
 
 
@@ -143,7 +150,7 @@ def limit(
     Parameters
     ----------
     mass_kg : a mass, or (low, high)
-    study : gives bearing and weights; None for the thesis's thrust bearing
+    study : gives bearing and weights, the rest of it does not matter; None for the thesis's thrust bearing
     tolerance : relative width of the bracket
     overrides : ``KEY=VALUE`` each, as for ``--set``
 
@@ -158,7 +165,7 @@ def limit(
         asked = (float(mass_kg[0]), float(mass_kg[1]))
     else:
         raise InputError(f"mass_kg is a number or a pair (low, high), not {mass_kg}")
-    base = None if study is None else load_study(study)
+    base = None if study is None else _read(study, (), for_limits=True)
     text = compile_limits(
         [asked], [], tolerance, None if base is None else base.text, None if base is None else base.folder
     )

@@ -1,18 +1,16 @@
-"""Controllers that exist already: the matrices of a case of a results file, or of a JSON file."""
+"""Controllers that exist already: the matrices of a case of a results file, or of a JSON or MAT-file."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from magbear_cli.errors import InputError
+from magbear_cli.library.controller_file import MATRICES, SUFFIXES, read_controller_file
 
 if TYPE_CHECKING:
     from magbear_cli.study.outcome import StudyResults
-
-MATRICES = ("a", "b", "c", "d")
 
 
 def results_file(path: Path) -> Path:
@@ -51,7 +49,10 @@ class StoredControllers:
         if controller["method"] != "stored":
             return dict(inputs)
         path = self._folder / controller["path"]
-        found = _from_json(path) if path.suffix == ".json" else self._from_results(path, controller["case"])
+        if path.suffix.lower() in SUFFIXES:
+            found: dict[str, Any] = {"source": path.name, **read_controller_file(path)}
+        else:
+            found = self._from_results(path, controller["case"])
         return {**inputs, "controller": {"method": "stored", **found}}
 
     def _from_results(self, path: Path, case: str | None) -> dict[str, Any]:
@@ -71,44 +72,3 @@ class StoredControllers:
 
             self._results[path] = read_results(results_file(path))
         return self._results[path]
-
-
-def _from_json(path: Path) -> dict[str, Any]:
-    """A controller of a JSON file {"a": [[…]], "b": …, "c": …, "d": …}, SI units, u = K y."""
-    import json
-
-    from magbear_cli.spec.files import read_text
-    from magbear_cli.spec.problems import Faults
-
-    faults = Faults()
-    text = read_text(path, faults)
-    faults.stop()
-    try:
-        document = json.loads(text or "")
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{path}: this is not JSON: {error}") from error
-    if not isinstance(document, dict) or not set(MATRICES) <= set(document):
-        raise InputError(f'{path}: a controller is an object with the matrices "a", "b", "c" and "d"')
-    matrices = {name: _matrix(document[name], name, path) for name in MATRICES}
-    states = len(matrices["a"])
-    for name, rows, columns in (("a", states, states), ("b", states, 1), ("c", 1, states), ("d", 1, 1)):
-        found = matrices[name]
-        if len(found) != rows or any(len(row) != columns for row in found):
-            raise InputError(
-                f"{path}: {name} must have {rows} rows and {columns} columns: one position in, one current out"
-            )
-    return {"source": path.name, **matrices}
-
-
-def _matrix(value: object, name: str, path: Path) -> list[list[float]]:
-    rows = value if isinstance(value, list) else None
-    if rows is None or not all(isinstance(row, list) and all(_is_number(entry) for entry in row) for row in rows):
-        raise InputError(f"{path}: {name} must be a matrix, a list of lists of finite numbers")
-    return [[float(entry) for entry in row] for row in rows]
-
-
-def _is_number(value: object) -> bool:
-    try:
-        return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-    except OverflowError:  # an integer beyond the largest double
-        return False

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
+from math import comb
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -50,6 +51,17 @@ def probes() -> Floats:
     """Two points of a step, half-way between Radau points, where the force is checked against the polynomial."""
     points, middle = radau_points(), STAGES // 2
     return np.array([(points[middle - 2] + points[middle - 1]) / 2.0, (points[middle] + points[middle + 1]) / 2.0])
+
+
+@cache
+def hull(stages: int = STAGES) -> Floats:
+    """The matrix that takes values at the knots to coefficients between which their polynomial stays over the step.
+
+    They are those of Bernstein's form; the first and the last are the values at the ends of the step.
+    """
+    x, k = knots(stages)[:, None], np.arange(stages + 1)
+    binomials = np.array([comb(stages, at) for at in k], dtype=float)
+    return np.asarray(np.linalg.inv(binomials * x**k * (1.0 - x) ** (stages - k)))
 
 
 def interpolation(nodes: Floats, points: Floats) -> Floats:

@@ -20,11 +20,13 @@ from magbear_cli.simulation.collocation import (
     Steps,
     Task,
     carried_on,
+    hull,
     knots,
     probes,
     radau_points,
     solve_steps,
 )
+from magbear_cli.simulation.crossings import crossings
 from magbear_cli.simulation.loop import DEMAND, MAGNETS, SENSOR, Fleet, Loop
 from magbear_cli.simulation.propagation import Propagation
 from magbear_cli.simulation.trajectory import End, Pieces, Trajectory, piecewise
@@ -254,7 +256,9 @@ def _accept(march: _March, rows: Indices, steps: Steps, step: tuple[Floats, Floa
     magnets = march.fleet.one.magnets
     left = 0.0 if magnets.is_linear else CONTACT * magnets.bearing.air_gap_m
     size = np.abs(steps.outputs).max(axis=1)
-    farthest, loudest = np.maximum(size[:, MAGNETS] + left, size[:, SENSOR]), size[:, DEMAND]
+    reach = np.abs(hull() @ steps.outputs).max(axis=1)  # no less than is reached between the knots
+    at_magnets = size[:, MAGNETS] + left if left else reach[:, MAGNETS]
+    farthest, loudest = np.maximum(at_magnets, reach[:, SENSOR]), size[:, DEMAND]
     for at in np.flatnonzero((farthest >= min(-magnets.gap_m[0], magnets.gap_m[1])) | (loudest > LARGEST_CURRENT_A)):
         _look_for_the_end(march.records[rows[at]], magnets.gap_m, left)
 
@@ -278,14 +282,17 @@ def _contact_s(start_s: float, width_s: float, positions_m: Floats, limit_m: flo
     """When the position reaches a limit, in s; infinite when it does not in this step.
 
     The attraction grows without bound at a magnet. So the position is followed to a short distance from it, and the
-    rest is gone at the speed reached there.
+    rest is gone at the speed reached there. Where no such distance is left the first passage of the step's polynomial
+    counts, also of a peak between two knots.
     """
     side = np.sign(limit_m)
     left = side * (limit_m - positions_m) - left_m
+    distance = piecewise(np.array([start_s]), np.array([width_s]), left[None, :])
+    if left_m == 0.0 and left[0] > 0.0 and (passages := crossings(distance, 0.0)[0]).size:
+        return float(passages[0])
     beyond = np.flatnonzero(left <= 0.0)
     if not beyond.size:
         return float(np.inf)
-    distance = piecewise(np.array([start_s]), np.array([width_s]), left[None, :])
     time, until = start_s, start_s + width_s * float(knots()[beyond[0]])
     if distance(time) > 0.0:  # else it starts there
         is_crossed = distance(until) < 0.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from itertools import islice
 from typing import Any, Final
@@ -13,7 +13,7 @@ from pydantic import ValidationError
 
 from magbear_cli.spec.canonical import canonical
 from magbear_cli.spec.contradictions import contradictions
-from magbear_cli.spec.grammar import exists, nearest_dotted
+from magbear_cli.spec.grammar import dotted_remedy, exists
 from magbear_cli.spec.models import CASE_KEYS, Case
 from magbear_cli.spec.nodes import REFUSED, Node, Path, PathError, assign, descendant, is_refused, plain
 from magbear_cli.spec.parts import Shelf
@@ -39,8 +39,11 @@ class Axis:
         return tuple(self.key.split("."))
 
 
-def read_axes(sweep: Node | None, faults: Faults) -> tuple[Axis, ...]:
-    """The swept keys of a study in their order; what is wrong with them is noted."""
+def read_axes(sweep: Node | None, faults: Faults, methods: Collection[str] = ()) -> tuple[Axis, ...]:
+    """The swept keys of a study in their order; what is wrong with them is noted.
+
+    Of a controller's options the ``methods`` that the study names decide which one was probably meant.
+    """
     if sweep is None or sweep.value is None or sweep.value is REFUSED:
         return ()
     if not isinstance(sweep.value, dict):
@@ -55,16 +58,16 @@ def read_axes(sweep: Node | None, faults: Faults) -> tuple[Axis, ...]:
     return tuple(
         Axis(key, node.value, node)
         for key, node in sweep.value.items()
-        if _is_sweepable(key, node, faults) and _is_grid(key, node, faults) and isinstance(node.value, tuple)
+        if _is_sweepable(key, node, faults, methods) and _is_grid(key, node, faults) and isinstance(node.value, tuple)
     )
 
 
-def _is_sweepable(key: str, node: Node, faults: Faults) -> bool:
+def _is_sweepable(key: str, node: Node, faults: Faults, methods: Collection[str]) -> bool:
     """Whether a key is part of a case."""
     path = tuple(key.split("."))
     if not exists(path):
-        meant = nearest_dotted(key, of_cases_only=True)
-        remedy = f"did you mean '{meant}'?" if meant else f"a swept key begins with one of {', '.join(CASE_KEYS)}"
+        remedy = dotted_remedy(key, of_cases_only=True, methods=methods)
+        remedy = remedy or f"a swept key begins with one of {', '.join(CASE_KEYS)}"
         faults.add(node.place, "E117", f"there is no key {quoted(key)} to sweep", remedy)
         return False
     if path[0] not in CASE_KEYS:

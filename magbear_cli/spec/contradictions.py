@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from magbear_cli.spec.adaptation import AdaptiveLaw, AdaptiveLfe, AdaptiveLimit
 from magbear_cli.spec.methods import FixedOrder, Limit, MuConvex, OperatingRange
-from magbear_cli.spec.models import Case
+from magbear_cli.spec.models import Bearing, Case, OperatingPoint
 from magbear_cli.spec.nodes import Path
 from magbear_cli.spec.scenario import Scenario
 
@@ -33,6 +33,8 @@ def contradictions(case: Case) -> Iterator[Contradiction]:
             f"operating_point.position_m is {point.position_m:g} m, beyond the air gap of {gap:g} m",
             "linearise inside of the gap",
         )
+    elif point is not None:
+        yield from _of_control(case.bearing, point)
     if (
         case.uncertain is not None
         and case.uncertain.parameter == "negative_stiffness"
@@ -71,6 +73,30 @@ def contradictions(case: Case) -> Iterator[Contradiction]:
     masses = case.mass_kg if isinstance(case.mass_kg, list) else [case.mass_kg]
     for index, scenario in enumerate(case.simulate or ()):
         yield from _of_scenario(("simulate", str(index)), scenario, gap, masses)
+
+
+def _of_control(bearing: Bearing, point: OperatingPoint) -> Iterator[Contradiction]:
+    """An operating point at which more current does not pull more.
+
+    k_i = 2 k0 ((i0 + u)/(z0 − z)² + (i0 − u)/(z0 + z)²) of the full law is positive on one side of the current
+    −i0 ((z0 + z)² + (z0 − z)²)/((z0 + z)² − (z0 − z)²) alone. In the half law a coil is switched off before its slope
+    changes its sign, so that k_i is positive everywhere.
+    """
+    gap, bias, position, current = bearing.air_gap_m, bearing.bias_current_a, point.position_m, point.current_a
+    if bearing.current_law != "full":
+        return
+    above, below = (gap - position) ** 2, (gap + position) ** 2
+    k_i = 2.0 * bearing.force_constant_n_m2_per_a2 * ((bias + current) / above + (bias - current) / below)
+    if k_i > 0.0:
+        return
+    limit = -bias * (below + above) / (below - above)
+    side = "above" if position > 0.0 else "below"
+    yield Contradiction(
+        ("operating_point", "current_a"),
+        f"operating_point has the current stiffness k_i = {k_i:.3g} N/A at {position:g} m and {current:g} A: "
+        "more current must pull more, k_i > 0",
+        f"give a current_a {side} {limit:.4g} A, or current_law: half_switched",
+    )
 
 
 def _of_a_question(case: Case) -> Iterator[Contradiction]:

@@ -11,8 +11,9 @@ from typing import Any, Final
 from magbear_cli.errors import InputError
 from magbear_cli.spec.cases import LARGEST_COUNT
 from magbear_cli.spec.grammar import method_names
+from magbear_cli.spec.limits import ASIDE, set_aside
 from magbear_cli.spec.models import LARGEST_KG, PARTS, SMALLEST_KG
-from magbear_cli.spec.nodes import Node, plain, rewrite
+from magbear_cli.spec.nodes import Node, child_of, plain, rewrite
 from magbear_cli.spec.parts import Shelf
 from magbear_cli.spec.problems import Faults, did_you_mean, quoted
 from magbear_cli.spec.reading import read_nodes
@@ -150,9 +151,9 @@ def compile_limits(
 ) -> str:
     """The text of the study that brackets the bandwidth limit over masses and any other keys.
 
-    Controllers, bandwidth limits and simulations of the base are put aside. ``over`` holds ``KEY=LOW:HIGH:N``,
-    ``KEY=a,b,c``, or ``KEY`` alone for the values that the base sweeps it over; other sweeps of the base stay only
-    when nothing is asked for.
+    Controllers, reductions, bandwidth limits, simulations and figures of the base are put aside. ``over`` holds
+    ``KEY=LOW:HIGH:N``, ``KEY=a,b,c``, or ``KEY`` alone for the values that the base sweeps it over; other sweeps of
+    the base stay only when nothing is asked for.
 
     Raises
     ------
@@ -160,14 +161,12 @@ def compile_limits(
         When the base does not sweep a key that was given without values, or the values are no grid; the rest is told
         when the text is read.
     """
-    document = {**_THESIS, "name": "limits"} if base is None else _base_document(base, folder)
-    swept = document.pop("sweep", None) or {}
-    asked = _asked_values(over, swept)
-    aside = ("controller", "bandwidth", "simulate", "report")
-    kept = {key: values for key, values in swept.items() if key.partition(".")[0] not in aside}
+    document = {**_THESIS, "name": "limits"} if base is None else _base_document(base, folder, for_limits=True)
+    kept = document.pop("sweep", None) or {}
+    asked = _asked_values(over, kept)
     if asked:
         kept = {key: values for key, values in kept.items() if key == "mass_kg"} | asked
-    for key in aside:
+    for key in ASIDE:
         document.pop(key, None)
     document["controller"] = {"method": "limit"} | ({} if tolerance is None else {"tolerance": tolerance})
     document["report"] = {"figures": ["limits"]}
@@ -218,8 +217,10 @@ def _options(method: str, document: dict[str, Any], sweep: dict[str, Any]) -> li
     return distinct or [{"method": method}]
 
 
-def _base_document(base: str, folder: Path | None) -> dict[str, Any]:
+def _base_document(base: str, folder: Path | None, *, for_limits: bool = False) -> dict[str, Any]:
     """A base study as plain data, with what it names by a relative path written out.
+
+    ``for_limits`` puts the sections aside that a limit does not look at.
 
     Raises
     ------
@@ -231,7 +232,8 @@ def _base_document(base: str, folder: Path | None) -> dict[str, Any]:
     faults.stop()
     if root is None or not isinstance(root.value, dict):
         raise InputError("the base study is not a mapping of keys: begin it with 'magbear: 1'")
-    sweep = root.value.get("sweep")
+    root = set_aside(root) if for_limits else root
+    sweep = child_of(root, "sweep")
     if sweep is not None and not (sweep.value is None or isinstance(sweep.value, dict)):
         faults.add(
             sweep.mark, "E104", "sweep must be a mapping of dotted keys", f"write for example {EXAMPLES['sweep']}"

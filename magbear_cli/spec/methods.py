@@ -211,7 +211,7 @@ class Stored(Section):
     path: str = Field(
         min_length=1,
         max_length=4096,
-        description="A results file, a run's directory or a .json of matrices, from the study's folder.",
+        description="A results file, a run's directory, or a .json or .mat of matrices, from the study's folder.",
     )
     case: str | None = Field(None, min_length=1, max_length=200, description="The case in it; null if it has one only.")
 

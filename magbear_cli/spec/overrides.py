@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 from magbear_cli.spec.cases import identity
-from magbear_cli.spec.grammar import exists, method_section, methods_with, nearest_dotted
+from magbear_cli.spec.grammar import dotted_remedy, exists, method_section, methods_with
 from magbear_cli.spec.nodes import Mark, Node, Path, PathError, assign, child_of, descendant, is_refused, plain
 from magbear_cli.spec.parts import Shelf
 from magbear_cli.spec.problems import Faults, printable, quoted
@@ -32,8 +33,11 @@ class Override:
         return ".".join(self.path)
 
 
-def parse_override(text: str, faults: Faults) -> Override | None:
-    """A ``KEY=VALUE``, the value read as strictly as the study; None when a fault was noted."""
+def parse_override(text: str, faults: Faults, methods: Collection[str] = ()) -> Override | None:
+    """A ``KEY=VALUE``, the value read as strictly as the study; None when a fault was noted.
+
+    Of a controller's options the ``methods`` that the study names decide which one was probably meant.
+    """
     label = f"--set {printable(text)}"
     mark = Mark(label)
     key, equals, value = text.partition("=")
@@ -46,8 +50,8 @@ def parse_override(text: str, faults: Faults) -> Override | None:
         return None
     path = tuple(key.split("."))
     if path[0] != "sweep" and not exists(path):
-        meant = nearest_dotted(key, of_cases_only=False)
-        faults.add(mark, "E118", f"there is no key {quoted(key)}", f"did you mean '{meant}'?" if meant else "")
+        remedy = dotted_remedy(key, of_cases_only=False, methods=methods)
+        faults.add(mark, "E118", f"there is no key {quoted(key)}", remedy)
         return None
     before = len(faults)
     node = read_nodes(value, label, faults, everywhere=mark)

@@ -66,7 +66,7 @@ class Scenario(Section):
     )
     gravity_m_per_s2: float = Field(0.0, ge=-1000, le=1000, description="Gravity against the axis (m/s²).")
     gravity_compensation: bool = Field(
-        default=False, description="Add the constant current that balances gravity in the middle of the gap."
+        default=False, description="Add the constant current that balances gravity at the operating point."
     )
     current_limit_a: float | None = Field(
         None, ge=1e-6, le=1e6, description="Largest control current (A); null for no limit."

@@ -9,7 +9,7 @@ from typing import Any, Final
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from magbear_cli.spec.grammar import dotted_with_leaf, method_names, methods_with, section_keys
+from magbear_cli.spec.grammar import dotted_with_leaf, keys_beside, method_names, methods_with, section_keys
 from magbear_cli.spec.nodes import Mark, Node, Path, child_of, descendant, is_refused
 from magbear_cli.spec.problems import Faults, did_you_mean, nearest, quoted
 from magbear_cli.spec.scalars import number_hint
@@ -95,10 +95,13 @@ def _unknown_key(path: Path, root: Node, faults: Faults) -> str | None:
     if parent is None or node is None:
         return None
     where = f" in '{'.'.join(path[:-1])}'" if len(path) > 1 else ""
-    legal = section_keys(path[:-1])
-    if key in legal:
+    if key in section_keys(path[:-1]):
         _foreign_key(path, parent, node.place, faults)
         return None
+    method = child_of(parent, "method")
+    legal = keys_beside(
+        path[:-1], parent.value if isinstance(parent.value, dict) else (), None if method is None else method.value
+    )
     elsewhere = dotted_with_leaf(key)
     absent = [name for name in legal if child_of(parent, name) is None]
     meant = nearest(key, absent) or nearest(key, legal)

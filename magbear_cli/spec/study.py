@@ -11,6 +11,8 @@ from pydantic import ValidationError
 
 from magbear_cli.spec.cases import LARGEST_COUNT, Plan, read_axes
 from magbear_cli.spec.files import STDIN_NAME, read_text
+from magbear_cli.spec.grammar import methods_in
+from magbear_cli.spec.limits import set_aside
 from magbear_cli.spec.models import FRAME_KEYS, Report, Run, StudyFile
 from magbear_cli.spec.nodes import Mark, Node, PathError, assign, child_of, descendant, plain
 from magbear_cli.spec.overrides import apply_override, parse_override
@@ -89,8 +91,10 @@ class Study:
             raise IndexError(f"there is no case {index}: the study has {self.case_count}, counted from 0")
 
 
-def read_study(path: Path | str, overrides: Sequence[str] = ()) -> Study:
+def read_study(path: Path | str, overrides: Sequence[str] = (), *, for_limits: bool = False) -> Study:
     """The study in a file, or on standard input for ``-``, with ``KEY=VALUE`` overrides.
+
+    ``for_limits`` reads it as the base of ``compile_limits``: see ``read_study_text``.
 
     Raises
     ------
@@ -102,11 +106,21 @@ def read_study(path: Path | str, overrides: Sequence[str] = ()) -> Study:
     faults.stop()
     is_stdin = str(path) == "-"
     folder = Path.cwd() if is_stdin else Path(path).parent
-    return read_study_text(text or "", STDIN_NAME if is_stdin else str(path), overrides, folder)
+    return read_study_text(text or "", STDIN_NAME if is_stdin else str(path), overrides, folder, for_limits=for_limits)
 
 
-def read_study_text(text: str, source: str, overrides: Sequence[str] = (), folder: Path | None = None) -> Study:
+def read_study_text(
+    text: str,
+    source: str,
+    overrides: Sequence[str] = (),
+    folder: Path | None = None,
+    *,
+    for_limits: bool = False,
+) -> Study:
     """The study in a text; ``source`` names it in messages, ``folder`` is where its relative paths begin.
+
+    ``for_limits`` puts the sections that a limit does not look at aside before anything is validated, so that nothing
+    in them, and nothing between them and a limit, is a fault.
 
     Raises
     ------
@@ -116,13 +130,16 @@ def read_study_text(text: str, source: str, overrides: Sequence[str] = (), folde
     faults = Faults()
     shelf = Shelf(folder, faults)
     root = _read_root(text, source, faults)
-    for override in (parse_override(item, faults) for item in overrides):
+    if root is not None and for_limits:
+        root = set_aside(root)
+    for item in overrides:
+        override = parse_override(item, faults, [] if root is None else methods_in(root))
         if override is not None and root is not None:
             root = apply_override(root, override, shelf, faults)
     if root is None:
         faults.stop()
         raise RuntimeError("a study was refused without a reason")
-    axes = read_axes(child_of(root, "sweep"), faults)
+    axes = read_axes(child_of(root, "sweep"), faults, methods_in(root))
     plan = Plan(_without(root, FRAME_KEYS), axes, shelf)
     if plan.count > LARGEST_COUNT:
         place = (child_of(root, "sweep") or root).place

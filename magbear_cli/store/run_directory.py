@@ -59,11 +59,18 @@ class RunDirectory:
     """
 
     def __init__(
-        self, path: Path, study_text: str, toolchain: Toolchain | None = None, *, accept_mixed: bool = False
+        self,
+        path: Path,
+        study_text: str,
+        toolchain: Toolchain | None = None,
+        *,
+        accept_mixed: bool = False,
+        must_lock: bool = True,
     ) -> None:
         """Make or take over the directory, lock it, and keep the study as given.
 
-        With ``accept_mixed`` answers that another toolchain computed are good; the results then name it.
+        With ``accept_mixed`` answers that another toolchain computed are good; the results then name it. Without
+        ``must_lock`` a file system that cannot lock is a note.
 
         Raises
         ------
@@ -77,7 +84,8 @@ class RunDirectory:
         self._text = study_text
         self._cases = path / "cases"
         make_directory(path)
-        self._lock = DirectoryLock(path)
+        self._lock = DirectoryLock(path, must_lock=must_lock)
+        self.notes += [self._lock.warning] if self._lock.warning else []
         try:
             self._settle()
         except BaseException:

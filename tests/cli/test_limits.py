@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from magbear_cli.spec import compile_limits, read_study_text
+from magbear_cli.spec import compile_limits, read_study, read_study_text
 from magbear_cli.store.results import read_results
 from magbear_cli.study.building import build_problem
 from magbear_cli.study.checking import check_proofs
@@ -167,3 +167,38 @@ sweep:
     assert first["mass_kg"] == [3.0, 4.0]
     assert first["controller"]["tolerance"] == 0.02
     assert build_problem(first).omega_c_rad_s is None
+
+
+@pytest.mark.parametrize(
+    "rest",
+    [
+        "bandwidth: {omega_c_rad_s: 5000}\ncontroller: {method: limit}\n",
+        "controller: {method: mu_convex}\nreduction: {order: 3}\n",
+        "controller: {method: nothing}\nbandwidth: 3\nsimulate: [{step_m: 1.0e-5, prefilter: gone.yaml}]\n",
+        "sweep: {controller: [{method: nothing}], bandwidth.omega_c_rad_s: [1000, -2]}\nreport: {figures: [none]}\n",
+        "",
+    ],
+)
+def test_what_a_limit_does_not_look_at_does_not_matter(rest: str, tmp_path: Path) -> None:
+    """As ``--help`` says, nothing in those sections is a fault, nor is what stands between them and a limit."""
+    head = (
+        "magbear: 1\nname: base\nbearing: thesis_thrust\nmass_kg: 3.0\nperformance: {dc_gain: 10, corner_rad_s: 200}\n"
+    )
+    (tmp_path / "base.yaml").write_text(head + rest, "utf-8")
+    base = read_study(tmp_path / "base.yaml", for_limits=True)
+    study = read_study_text(compile_limits([], [], None, base.text, base.folder), "the limits")
+    (case,) = study.cases()
+    assert case["controller"]["method"] == "limit"
+    assert (case["bandwidth"], case["reduction"], case["simulate"]) == (None, None, [])
+
+
+def test_the_rest_of_a_base_is_read_as_strictly_as_ever(command: Command, tmp_path: Path) -> None:
+    """A mistake in what a limit looks at is told with its line in the file."""
+    text = (
+        "magbear: 1\nname: base\nbearing: thesis_trust\nmass_kg: 3.0\nperformance: {dc_gain: 10, corner_rad_s: 200}\n"
+    )
+    (tmp_path / "base.yaml").write_text(text, "utf-8")
+    ended = command("limits", "base.yaml")
+    assert ended.code == 2
+    assert "base.yaml:3:10: error[E106]" in ended.err
+    assert "reductions, simulations and figures do not matter" in " ".join(command("limits", "--help").out.split())

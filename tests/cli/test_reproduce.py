@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import csv
+import errno
+import fcntl
 import json
 import shutil
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import pytest
+
+from magbear_cli.errors import ExitCode
 
 CHEAP = ["C01", "C02", "C03", "C04", "C22", "C23", "C24"]
 
@@ -125,3 +130,25 @@ def test_the_ledger_is_readable_on_a_terminal(ledger: tuple[Path, dict[str, Any]
     done = reproduce(copy, "C23", "--no-figures")
     assert "printed: 1.4, 3.8, 9.5, 3.0, 10.5, 10.5 kg" in done.stdout
     assert "1 claims: 1 confirmed with erratum" in done.stdout
+
+
+def test_a_ledger_without_locks_is_made_on_request(
+    command: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where the file system cannot lock, the directories are refused with 4, and used with ``--no-lock``."""
+
+    def flock(_descriptor: int, _operation: int) -> NoReturn:
+        raise OSError(errno.ENOLCK, "No locks available")
+
+    def interrupted(*_: object) -> ExitCode:
+        return ExitCode.INTERRUPTED
+
+    monkeypatch.setattr(fcntl, "flock", flock)
+    monkeypatch.setattr("magbear_cli.cli.reproduction.compute", interrupted)
+    refused = command("reproduce", "C01", "-o", "ledger")
+    assert (refused.code, refused.out) == (4, "")
+    assert "give --no-lock" in refused.err
+    done = command("reproduce", "C01", "-o", "ledger", "--no-lock")
+    assert done.code == ExitCode.INTERRUPTED, done.err
+    assert "cannot lock (No locks available): nothing keeps another run out" in done.err
+    assert list((tmp_path / "ledger").glob("*/results.h5"))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import fcntl
 import json
 import os
 import shutil
@@ -16,6 +18,7 @@ from typing import Any, NoReturn
 import psutil
 import pytest
 
+import magbear_cli as magbear
 from magbear_cli.cli.main import Terminated
 from magbear_cli.errors import ResumableError
 from magbear_cli.library.planning import planned_cases
@@ -98,6 +101,22 @@ def test_a_second_run_reuses_the_first(command: Command, tiny: Path, tmp_path: P
 
 
 @pytest.mark.usefixtures("quick_report")
+@pytest.mark.parametrize("most_whole", [1, 2])  # under and at the number of cases
+def test_a_run_keeps_every_controller_and_has_the_bytes_of_the_library(
+    command: Command, tiny: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, most_whole: int
+) -> None:
+    """However many cases are held for the report, the results file holds all of each, as that of a run from Python."""
+    monkeypatch.setattr("magbear_cli.store.run_directory.MOST_WHOLE", most_whole)
+    assert command("run", tiny, "-o", "out", "-j", "1").code == 0
+    for outcome in read_results(tmp_path / "out" / "results.h5").outcomes:
+        assert outcome.controller is not None
+        assert outcome.frequency is not None
+        assert all(step.position_m.size for step in outcome.steps)
+    magbear.run(tiny, tmp_path / "python", jobs=1)
+    assert (tmp_path / "python" / "results.h5").read_bytes() == (tmp_path / "out" / "results.h5").read_bytes()
+
+
+@pytest.mark.usefixtures("quick_report")
 @pytest.mark.parametrize("name", ["two words/π 🧲/a'b\"c", "-o"])
 def test_odd_directories_are_directories(
     command: Command, finished: Path, tiny: Path, tmp_path: Path, name: str
@@ -162,6 +181,29 @@ def test_a_directory_in_use_is_left_alone(command: Command, tiny: Path, tmp_path
         lock.release()
     assert ended.code == 4
     assert f"process {os.getpid()}" in ended.err
+
+
+@pytest.mark.usefixtures("quick_report")
+def test_a_run_without_locks_is_done_on_request(
+    command: Command, finished: Path, tiny: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where the file system cannot lock, run, sweep and merge are refused with 4, and done with ``--no-lock``."""
+
+    def flock(_descriptor: int, _operation: int) -> NoReturn:
+        raise OSError(errno.EOPNOTSUPP, "Operation not supported")
+
+    monkeypatch.setattr(fcntl, "flock", flock)
+    shutil.copytree(finished / "cases", tmp_path / "out" / "cases")
+    for arguments in (["run", tiny, "-o", "out"], ["sweep", tiny, "-o", "out"], ["merge", "out", "-o", "whole"]):
+        refused = command(*arguments)
+        assert (refused.code, refused.out) == (4, "")
+        assert "give --no-lock" in refused.err
+        done = command(*arguments, "--no-lock")
+        assert done.code == 0, done.err
+        assert done.err.count("out is on a file system that cannot lock (Operation not supported)") == 1
+    assert len(magbear.run(tiny, tmp_path / "out", must_lock=False).outcomes) == 2
+    with pytest.raises(ResumableError, match="cannot lock"):
+        magbear.run(tiny, tmp_path / "out")
 
 
 def test_a_case_that_takes_too_long_does_not_stop_the_others(

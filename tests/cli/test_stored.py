@@ -32,39 +32,6 @@ def test_a_json_controller_is_put_in(tmp_path: Path) -> None:
     assert found == {"mass_kg": 3.6, "controller": {"method": "stored", "source": "lead.json", **LEAD}}
 
 
-def test_a_static_gain_has_no_states(tmp_path: Path) -> None:
-    """Empty matrices are those of a controller without states."""
-    gain = {"a": [], "b": [], "c": [[]], "d": [[-1e6]]}
-    (tmp_path / "gain.json").write_text(json.dumps(gain), "utf-8")
-    assert StoredControllers(tmp_path).put_into(_inputs("gain.json"))["controller"]["d"] == [[-1e6]]
-
-
-@pytest.mark.parametrize(
-    ("text", "says"),
-    [
-        ("", "not JSON"),
-        ("[" * 100_000, "not JSON"),
-        ("[]", "a controller is an object"),
-        ('{"a": 1}', "a controller is an object"),
-        (json.dumps({**LEAD, "a": 1}), "a must be a matrix"),
-        (json.dumps({**LEAD, "b": [[True]]}), "b must be a matrix"),
-        (json.dumps({**LEAD, "b": [1]}), "b must be a matrix"),
-        (json.dumps({**LEAD, "c": [["1"]]}), "c must be a matrix"),
-        (json.dumps({**LEAD, "d": [[float("nan")]]}), "d must be a matrix"),
-        (json.dumps({**LEAD, "d": [[10**400]]}), "d must be a matrix"),
-        (json.dumps({**LEAD, "d": [[1, 2]]}), "d must have 1 rows and 1 columns"),
-        (json.dumps({**LEAD, "a": [[1, 2], [3]]}), "a must have 2 rows and 2 columns"),
-        (json.dumps({**LEAD, "b": [[1], [1]]}), "b must have 1 rows and 1 columns"),
-    ],
-)
-def test_what_is_no_controller_is_refused_with_the_files_name(tmp_path: Path, text: str, says: str) -> None:
-    """Every way in which a file can be wrong has its sentence."""
-    (tmp_path / "odd.json").write_text(text, "utf-8")
-    with pytest.raises(InputError, match=r"odd\.json") as caught:
-        StoredControllers(tmp_path).put_into(_inputs("odd.json"))
-    assert says in str(caught.value)
-
-
 @pytest.mark.parametrize("name", ["nowhere.json", "nowhere.h5", ".", "study.yaml"])
 def test_a_file_that_is_none_is_refused(tmp_path: Path, name: str) -> None:
     """A missing file, a folder without results and a file of another kind are told."""

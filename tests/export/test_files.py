@@ -45,6 +45,17 @@ def test_json_is_a_stored_controller(sampled: list[Handover], tmp_path: Path) ->
     assert len(document["sampled"]["sos"]) == 4
 
 
+def test_mat_is_a_stored_controller(continuous: list[Handover], sampled: list[Handover], tmp_path: Path) -> None:
+    """The file of a continuous controller is one that ``stored`` reads; that of a sampled one is refused."""
+    from magbear_cli.library.controller_file import read_controller_file
+
+    own = continuous[0].controller
+    found = read_controller_file(write_export(continuous[0], "mat", tmp_path)[0])
+    assert found == {name: getattr(own, name).tolist() for name in ("a", "b", "c", "d")}
+    with pytest.raises(InputError, match="'Ts' says that the controller is sampled"):
+        read_controller_file(write_export(sampled[0], "mat", tmp_path / "sampled")[0])
+
+
 def test_mat_in_continuous_time(continuous: list[Handover], tmp_path: Path) -> None:
     """Without sampling the MAT-file has the controller's own matrices, Ts = 0 and names with units."""
     path = write_export(continuous[0], "mat", tmp_path)[0]

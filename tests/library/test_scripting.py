@@ -68,6 +68,18 @@ def test_a_study_is_run_like_the_commands(tmp_path: Path) -> None:
     assert [outcome.case_id for outcome in read.outcomes] == [outcome.case_id for outcome in again.outcomes]
 
 
+@pytest.mark.parametrize("most_whole", [1, 2])  # under and at the number of cases
+def test_a_run_keeps_every_controller(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, most_whole: int) -> None:
+    """However many cases the answer holds with their samples, the results file holds all of each case."""
+    monkeypatch.setattr("magbear_cli.store.run_directory.MOST_WHOLE", most_whole)
+    results = magbear.run(TINY, tmp_path / "out", jobs=1)
+    for outcome in (*results.outcomes, *magbear.read_results(tmp_path / "out").outcomes):
+        assert outcome.controller is not None
+        assert outcome.frequency is not None
+        assert outcome.poles is not None
+        assert outcome.statistics
+
+
 def test_results_open_as_labelled_arrays(tmp_path: Path) -> None:
     """Peak mu read through xarray is what the table says, on axes with units."""
     results = magbear.run(TINY, tmp_path / "out", jobs=1)
@@ -88,7 +100,8 @@ def test_without_xarray_there_is_a_remedy(monkeypatch: pytest.MonkeyPatch, tmp_p
 
 def test_one_limit_is_bracketed() -> None:
     """For one mass of 3.0 kg the two proofs enclose 4 330 to 4 367 rad/s."""
-    found = magbear.limit(3.0, tolerance=0.03, overrides=["controller.max_order=5"]).summary
+    base = {**LEAD, "controller": {"method": "limit"}}  # whose bandwidth and controller do not matter
+    found = magbear.limit(3.0, base, tolerance=0.03, overrides=["controller.max_order=5"]).summary
     assert found.omega_c_infeasible_rad_s is not None
     assert found.omega_c_feasible_rad_s is not None
     assert found.omega_c_infeasible_rad_s < 4367.1

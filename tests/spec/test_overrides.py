@@ -72,7 +72,9 @@ def test_overrides_apply_in_their_order(base: str) -> None:
         ("mass_kg=# comment", "null"),
         ("mas_kg=3", "did you mean 'mass_kg'"),
         ("omega_c_rad_s=3", "did you mean 'bandwidth.omega_c_rad_s'"),
-        ("controller.ordr=3", "did you mean 'controller.order'"),
+        ("controller.max_ordr=3", "did you mean 'controller.max_order'"),
+        ("controller.ordr=3", "did you mean 'controller.max_order'"),
+        ("controller.sample_time_s=2e-5", "legal are controller.method, controller.uncertainty"),
         ("simulate.first.step_m=3", "no key"),
         ("mass_kg=yes", "not the text 'yes'"),
         ("mass_kg=1,5", "1.5"),
@@ -121,6 +123,16 @@ def test_an_option_is_set_in_each_swept_controller_that_has_it(base: str) -> Non
     assert [controller["method"] for controller in found] == ["mu_convex", "fixed_order", "lqg"]
     orders = [case["controller"].get("order") for case in cases(base + SWEPT, "controller.order=3")]
     assert orders == [None, 3, None]
+
+
+def test_a_wrong_option_is_answered_with_those_of_the_methods_at_hand(base: str, refused: Refused) -> None:
+    """Options of swept methods and of a method that an earlier --set names are near; those of others are not."""
+    (problem,) = refused(base + SWEPT, "controller.ordr=3")
+    assert problem.remedy == "did you mean 'controller.order'?"
+    (problem,) = refused(base, "controller={method: fixed_order, order: 1}", "controller.ordr=3")
+    assert problem.remedy == "did you mean 'controller.order'?"
+    (problem,) = refused(base, "controller={method: lqg}", "controller.max_ordr=3")
+    assert problem.remedy.startswith("legal are controller.method, controller.q, controller.r")
 
 
 def test_an_option_that_no_swept_controller_has_is_refused(base: str, refused: Refused) -> None:
