@@ -21,11 +21,18 @@ from numpy.typing import NDArray
 
 from magbear_cli.analysis.interval import Enclosure, Interval
 from magbear_cli.analysis.lag_sum import LagSum
-from magbear_cli.analysis.weight_enclosure import squared_modulus, squared_modulus_at_infinity
+from magbear_cli.analysis.weight_enclosure import (
+    squared_modulus,
+    squared_modulus_at_infinity,
+    without_zero_at_rest,
+)
 from magbear_cli.model.impossibility_certificate import (
-    HIGHEST_RELATIVE_DEGREE,
+    PAIR_NUMBERS,
     ImpossibilityCertificate,
+    derives_constant,
     relative_degree,
+    vanishes_at_rest,
+    without_certificate,
 )
 from magbear_cli.model.problem import ControlProblem, UncertainParameter
 
@@ -67,15 +74,14 @@ def check_certificate(problem: ControlProblem, certificate: ImpossibilityCertifi
 
 
 def _refusal(problem: ControlProblem, certificate: ImpossibilityCertificate) -> str:
-    weight = problem.performance
-    degree = relative_degree(weight)
-    if problem.omega_c_rad_s is None:
-        return "without a bandwidth limit there is nothing to be proven impossible"
-    if not 0 <= degree <= HIGHEST_RELATIVE_DEGREE:
-        return f"the performance weight must fall off like 1/s^{HIGHEST_RELATIVE_DEGREE} at most and be proper"
+    refusal = without_certificate(problem)
+    if refusal:
+        return refusal
     derived = len(certificate.y_poles_rad_s) + 1 - len(certificate.y_coefficients)
-    if derived != int(degree >= 2):
+    if derived != int(relative_degree(problem.performance) >= 2):
         return "the certificate's functions do not fit the fall-off of the performance weight"
+    if len(certificate.x_poles_rad_s) - len(certificate.x_coefficients) != int(derives_constant(problem)):
+        return "the certificate's functions do not fit the performance weight at rest"
     return ""
 
 
@@ -96,7 +102,10 @@ class _Checker:
         """Both ends first, then boxes that are halved where a condition is not yet shown."""
         level = self.certificate.level
         low, high = self._ends()
-        for end, at_end in (("ω → 0", self._near_zero(low)), ("ω → ∞", self._near_infinity(1.0 / high))):
+        near_zero = self._near_zero_of_vanishing if vanishes_at_rest(self.problem.performance) else self._near_zero
+        # One unit in the last place beyond 1/high, so that no frequency lies between this box and the last of the axis.
+        far = float(np.nextafter(1.0 / high, np.inf))
+        for end, at_end in (("ω → 0", near_zero(low)), ("ω → ∞", self._near_infinity(far))):
             shown = [bool(value.low[0] > 0) for value in at_end]
             if not all(shown):
                 sentence = f"not shown at {end}: {CONDITIONS[shown.index(False)]}"
@@ -137,8 +146,9 @@ class _Checker:
         problem, certificate = self.problem, self.certificate
         weight = [*np.abs(np.roots(problem.performance.num)), *np.abs(np.roots(problem.performance.den))]
         plant = [np.sqrt(problem.stiffness_n_per_m(mass) / problem.inertia_kg(mass)) for mass in problem.end_masses_kg]
+        pairs = [pair[0] for pair in certificate.y_pairs]
         marks = np.array(
-            [*certificate.x_poles_rad_s, *certificate.y_poles_rad_s, *weight, *plant, problem.omega_c_rad_s]
+            [*certificate.x_poles_rad_s, *certificate.y_poles_rad_s, *pairs, *weight, *plant, problem.omega_c_rad_s]
         )
         marks = marks[marks > 0]
         return float(marks.min()) / _BEYOND, float(marks.max()) * _BEYOND
@@ -160,6 +170,38 @@ class _Checker:
         roots = square * x_room.root(), y_room.root()
         reals = x_real * self._level, -y_real * self._level
         return [x_room, y_room, *_meeting((x_size, y_size), reals, roots, factors)]
+
+    def _near_zero_of_vanishing(self, high: float) -> list[Interval]:
+        """The functions over [0, high] where W1 vanishes like ω: the second divided by ω², the last two by ω.
+
+        Where all plants have one stiffness at rest, G_X(0) = −G_Y(0) takes out what would be left of the last two at
+        ω = 0. With u = Re G_X = c + ω² u2 and a = −Re G_Y = c − ω² y2 the first of them is
+        q |G_X|² (g a + ω r) − |G_Y|² (g u − ω² t), in which |G_X|² a − |G_Y|² u is u a (u − a) but for terms of ω².
+        """
+        omega = Interval.of(np.array([0.0]), np.array([high]))
+        square, level = omega.square(), self._level
+        x_curved, x_cubic = self._x.parts_near_zero(omega.as_column)
+        y_curved, y_linear = self._y.parts_near_zero(omega.as_column)
+        at_rest = self._x.at_rest, -self._y.at_rest
+        u, a = at_rest[0] + square * x_curved, at_rest[1] - square * y_curved
+        x_size, y_size = u.square() + (omega * square * x_cubic).square(), a.square() + (omega * y_linear).square()
+        variable = Enclosure.of_variable(omega.low, omega.high)
+        reduced = squared_modulus(without_zero_at_rest(self.problem.performance), variable).whole  # |W1/ω|²
+        x_room = self._limit() * x_size - square * (x_cubic * level).square()
+        y_room = reduced * y_size - (y_linear * level).square()
+        t, r = x_room.root(), y_room.root()
+        most_x, most_y = u * level + square * t, a * level + omega * r
+        least, most = self._ends_of_range()
+        if not derives_constant(self.problem):
+            factors = square * least.inertia + least.stiffness, square * most.inertia + most.stiffness
+            reals, roots = (u * level, a * level), (square * t, omega * r)
+            return [x_room, y_room, *_meeting((x_size, y_size), reals, roots, factors)]
+        rest = u * a * (x_curved + y_curved) + square.square() * x_cubic.square() * a - y_linear.square() * u
+        heavy = omega * level * (rest + most.inertia * x_size * a)
+        heavy = heavy + (square * most.inertia + 1.0) * x_size * r + omega * y_size * t
+        light = -(omega * level * (rest + least.inertia * x_size * a))
+        light = light + (square * least.inertia + 1.0) * x_size * r + omega * y_size * t
+        return [x_room, y_room, most_x, most_y, heavy, light]
 
     def _near_infinity(self, high: float) -> list[Interval]:
         """The same functions over 1/ω in [0, high], each times the power of ω that makes it finite and not zero."""
@@ -204,12 +246,17 @@ class _Checker:
 
     @property
     def _x(self) -> LagSum:
-        return LagSum.of(self.certificate.x_poles_rad_s, self.certificate.x_coefficients, 0)
+        certificate = self.certificate
+        if not derives_constant(self.problem):
+            return LagSum.of(certificate.x_poles_rad_s, certificate.x_coefficients, 0)
+        lags = LagSum.of(certificate.x_poles_rad_s, (0.0, *certificate.x_coefficients), 0)
+        return replace(lags, constant=-(lags.at_rest + self._y.at_rest))
 
     @property
     def _y(self) -> LagSum:
         derived = -1 if relative_degree(self.problem.performance) >= 2 else None
-        return LagSum.of(self.certificate.y_poles_rad_s, self.certificate.y_coefficients, derived)
+        lags = LagSum.of(self.certificate.y_poles_rad_s, self.certificate.y_coefficients, derived)
+        return replace(lags, pairs=np.array(self.certificate.y_pairs, dtype=float).reshape(-1, PAIR_NUMBERS))
 
     def _ends_of_range(self) -> tuple[_End, _End]:
         """The ends of the range with the smaller and with the larger m ω² + k_z, at every frequency."""

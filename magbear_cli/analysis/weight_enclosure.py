@@ -20,6 +20,11 @@ def squared_modulus_at_infinity(weight: RationalWeight, inverse: Enclosure) -> E
     return squared_polynomial(num[::-1], inverse) * squared_polynomial(den[::-1], inverse).reciprocal()
 
 
+def without_zero_at_rest(weight: RationalWeight) -> RationalWeight:
+    """The weight over s, for one that vanishes at s = 0; exact, as a coefficient is dropped."""
+    return RationalWeight(weight.num[:-1], weight.den)
+
+
 def squared_polynomial(coefficients: list[Interval], at: Enclosure) -> Enclosure:
     """|p(jx)|² for real coefficients by descending powers: even and odd part in x² apart."""
     ascending = coefficients[::-1]

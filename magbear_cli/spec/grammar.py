@@ -105,7 +105,7 @@ def nearest_dotted(key: str, *, of_cases_only: bool, methods: Collection[str] = 
     """The dotted key that was probably meant, in a study with these methods."""
     legal = dotted_keys(of_cases_only=of_cases_only, methods=methods)
     leaf = dotted_with_leaf(key.rpartition(".")[2])
-    if leaf in legal:
+    if leaf in dotted_keys(of_cases_only=of_cases_only):  # only the section is misspelled
         return leaf
     parts = tuple(key.split("."))
     own = ".".join(("simulate", "0", *parts[2:])) if parts[0] == "simulate" and len(parts) > 2 else key

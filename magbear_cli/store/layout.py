@@ -12,7 +12,7 @@ from enum import StrEnum
 from magbear_cli.lti.state_space import StateSpace
 from magbear_cli.study.outcome import FrequencyStudy, ImpossibilityProof, PoleStudy, StepOutcome, Summary
 
-LAYOUT_VERSION = 4  # raised when a dataset changes its name, unit, axes or meaning
+LAYOUT_VERSION = 5  # raised when a dataset changes its name, unit, axes or meaning
 
 
 class Kind(StrEnum):
@@ -62,7 +62,10 @@ COUNTED_AXES = {
     "pole": "closed-loop pole, sorted",
     "x_lag": "lag of G_X, slowest first",
     "y_lag": "lag of G_Y, slowest first",
+    "x_term": "constant of G_X, then its lags but the slowest",
     "y_term": "constant of G_Y, then its lags",
+    "y_pair": "second-order term of G_Y",
+    "pair_number": "number of a second-order term: n, damping, a, b",
 }
 
 OMEGA = ("omega_rad_s",)
@@ -147,9 +150,10 @@ IMPOSSIBILITY = Group(
     (
         Field("level", "every linear controller's worst case is above this level"),
         Field("x_poles_rad_s", "poles of G_X, negated", "rad/s", ("x_lag",)),
-        Field("x_coefficients", "constant of G_X, then the coefficients of all lags but the slowest", "1", ("x_lag",)),
+        Field("x_coefficients", "constant of G_X, then the coefficients of all lags but the slowest", "1", ("x_term",)),
         Field("y_poles_rad_s", "poles of G_Y, negated", "rad/s", ("y_lag",)),
         Field("y_coefficients", "constant of G_Y, then the coefficients of the lags", "1", ("y_term",)),
+        Field("y_pairs", "second-order terms of G_Y: n in rad/s, damping, a, b", "1", ("y_pair", "pair_number")),
         Field("sentence", "what the checker found", kind=Kind.TEXT),
     ),
 )

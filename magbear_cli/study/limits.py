@@ -20,8 +20,10 @@ from magbear_cli.synthesis.design import Design
 from magbear_cli.synthesis.exact_mass import ExactMassContinuation, ExactMassOptions
 
 _SHARE, _LEAST_ROOM, _MOST_ROOM = 0.08, 2e-4, 8e-4  # how far designs stay below the level: a share of the tolerance
-_COARSE, _ORDER, _FINE_ORDER = 0.008, 14, 20  # above this tolerance 14 states lose too little to matter
-_SLOPE = 0.68  # −d log level/d log ω_c near the limit of a typical bearing, to start the secant
+_COARSE, _ORDER, _FINE_ORDER = 0.008, 16, 20  # above this tolerance 16 states lose too little to matter
+_SLOPE = 0.68  # −d log level/d log ω_c near the limit of a typical bearing, to start the search
+_JUMP = 5.0  # −d log level/d log ω_c that only a failed design shows
+_SMALLEST_STEP = 1e-3  # in log ω_c
 _FARTHEST = 1e4  # times the start: a limit beyond it is reported as not there
 _CLOSEST = 0.0018  # of ω_c: no certificate is sought closer to the met side, where each side's own loss is larger
 _WIDTH_SHARE = 0.9  # of the tolerance: where the first certificate is sought
@@ -38,7 +40,7 @@ class LimitOptions:
     tolerance: float = 0.01
     level: float = 1.0
     max_order: int | None = None
-    most_designs: int = 12
+    most_designs: int = 24
 
     @property
     def order(self) -> int:
@@ -106,8 +108,8 @@ class LimitBracket:
 def bracket_limit(problem: ControlProblem, options: LimitOptions | None = None) -> LimitBracket:
     """The bracket [ω_c proven impossible, ω_c proven met] of a problem, whatever ω_c it comes with.
 
-    The met side is found by a secant on the exact worst case over log ω_c, the other by certificates ever farther
-    below.
+    The met side is found by a bracketing search on the exact worst case over log ω_c, the other by certificates ever
+    farther below.
     """
     options = options or LimitOptions()
     bracket = _feasible_side(problem, options)
@@ -117,66 +119,117 @@ def bracket_limit(problem: ControlProblem, options: LimitOptions | None = None) 
 
 
 @dataclass
-class _Secant:
-    """log ω_c against log level, from the designs so far."""
+class _RootSearch:
+    """The root of log(level/aim) over log ω_c: false position that halves a stale end, and bisects where it is slow.
 
-    points: list[tuple[float, float]] = field(default_factory=list)  # (log ω_c, log(level/aim)), by ascending ω_c
+    ``unmet`` and ``met`` are the nearest designs on both sides of the root, as (log ω_c, log(level/aim)). The Illinois
+    rule halves the value of an end that two steps in a row have kept; where three steps have not halved the bracket,
+    the next one bisects it. A rough design bounds nothing, it only says where to look.
+    """
 
-    def add(self, omega_c: float, excess: float) -> None:
-        self.points = sorted([*self.points, (float(np.log(omega_c)), float(np.log(excess)))])
+    unmet: tuple[float, float] | None = None
+    met: tuple[float, float] | None = None
+    hint: tuple[float, float] | None = None
+    _weights: list[float] = field(default_factory=lambda: [1.0, 1.0])  # of the unmet and of the met end
+    _kept: int = -1  # which end the last step replaced
+    _widths: list[float] = field(default_factory=list)
+
+    def add(self, omega_c: float, excess: float, *, rough: bool) -> None:
+        """Take in a design: its ω_c and its level over the one aimed at."""
+        point = (float(np.log(omega_c)), float(np.log(excess)))
+        self.hint = point
+        if rough:
+            return
+        side = int(point[1] <= 0)
+        ends = [self.unmet, self.met]
+        ends[side] = point
+        self._weights[side] = 1.0
+        if self._kept == side and ends[1 - side] is not None:
+            self._weights[1 - side] *= 0.5
+        self._kept = side
+        self.unmet, self.met = ends
+        if self.unmet and self.met:
+            self._widths.append(self.met[0] - self.unmet[0])
+
+    @property
+    def width(self) -> float:
+        """The log of the met ω_c over the unmet one; infinite where a side is missing."""
+        return self.met[0] - self.unmet[0] if self.unmet and self.met else float("inf")
+
+    @property
+    def is_doubtful(self) -> bool:
+        """Whether the level jumps across the bracket more than the true level can."""
+        if not (self.unmet and self.met):
+            return False
+        return self.unmet[1] - self.met[1] > _JUMP * (self.width + _SMALLEST_STEP)
 
     def next(self) -> float:
         """The ω_c at which the level is expected to be met."""
-        above = [point for point in self.points if point[1] > 0]
-        below = [point for point in self.points if point[1] <= 0]
-        if above and below:
-            (x0, y0), (x1, y1) = above[-1], below[0]
-            share = np.clip(y0 / (y0 - y1), 0.002, 0.998) if y0 > y1 else 0.5
+        if self.unmet and self.met:
+            (x0, y0), (x1, y1) = self.unmet, self.met
+            y0, y1 = y0 * self._weights[0], y1 * self._weights[1]
+            share = float(np.clip(y0 / (y0 - y1), 0.01, 0.99))
+            if len(self._widths) > 3 and self._widths[-1] > 0.5 * self._widths[-4]:
+                share, self._widths = 0.5, self._widths[-1:]
             return float(np.exp(x0 + share * (x1 - x0)))
-        x, y = (above or below)[-1 if above else 0]
-        return float(np.exp(x + np.clip(1.02 * y / _SLOPE, -1.5, 1.5)))
+        x, y = self.unmet or self.met or self.hint or (0.0, 0.0)
+        step = np.clip(1.02 * y / _SLOPE, -1.5, 1.5)
+        least = _SMALLEST_STEP if y > 0 else -_SMALLEST_STEP
+        return float(np.exp(x + (step if abs(step) > abs(least) else least)))
 
 
 def _feasible_side(problem: ControlProblem, options: LimitOptions) -> LimitBracket:
-    start = _first_guess(problem)
-    omega_c, secant, designs = start, _Secant(), 0
-    continuation = ExactMassContinuation(ExactMassOptions(max_order=options.order, loss=0.0))
-    best: tuple[float, Design] | None = None
-    while designs < options.most_designs and start / _FARTHEST < omega_c < start * _FARTHEST:
-        designs += 1
-        try:
-            near = bool(secant.points)
-            design = continuation.design(
-                replace(problem, omega_c_rad_s=omega_c), expected=options.aim if near else None, rough=not near
-            )
-        except NumericsError:
-            omega_c *= 1.03
-            continue
-        secant.add(omega_c, design.level / options.aim)
-        if design.level <= options.aim + 0.2 * (options.level - options.aim) and (best is None or omega_c < best[0]):
-            best = omega_c, design
-            if design.level >= options.close:
-                break
-        omega_c = secant.next()
-    if best is None:
-        sentence = f"no controller was found for any bandwidth limit up to {omega_c:.4g} rad/s"
+    found, designs, farthest = _search_met_side(problem, options)
+    if found is None:
+        sentence = f"no controller was found for any bandwidth limit up to {farthest:.4g} rad/s"
         return LimitBracket(problem, options.level, sentence, designs=designs)
-    omega_c, design = best
+    omega_c, design = found
     if design.controller is None:
         raise NumericsError("an exact real-mass design came without a controller")
     proof = prove_level(replace(problem, omega_c_rad_s=omega_c), design.controller, options.level)
     if not proof.proved:
         return LimitBracket(problem, options.level, f"not verified: {proof.sentence}", designs=designs)
+    short = design.level < options.close
     return LimitBracket(
         problem,
         options.level,
-        "no certificate was sought yet",
+        f"the met side stopped at a level of {design.level:.4g} after {designs} designs" if short else "",
         omega_c_feasible_rad_s=omega_c,
         controller=design.controller,
         worst_case=design.level,
         proof=proof,
         designs=designs,
     )
+
+
+def _search_met_side(problem: ControlProblem, options: LimitOptions) -> tuple[tuple[float, Design] | None, int, float]:
+    """The smallest ω_c with a design that meets the level and that design; how many were made; the last ω_c."""
+    start = _first_guess(problem)
+    omega_c, search, designs = start, _RootSearch(), 0
+    fresh = ExactMassOptions(max_order=options.order, loss=0.0)
+    continuation, best, again = ExactMassContinuation(fresh), None, None
+    while designs < options.most_designs and start / _FARTHEST < omega_c < start * _FARTHEST:
+        designs += 1
+        rough = search.hint is None
+        try:
+            expected = None if rough else options.aim
+            design = continuation.design(replace(problem, omega_c_rad_s=omega_c), expected=expected, rough=rough)
+        except NumericsError:
+            omega_c *= 1.03
+            continue
+        search.add(omega_c, design.level / options.aim, rough=rough)
+        if design.level <= options.aim + 0.2 * (options.level - options.aim) and (best is None or omega_c < best[0]):
+            best = omega_c, design
+            if design.level >= options.close:
+                break
+        if search.is_doubtful and search.unmet is not None and again != search.unmet[0]:
+            again = search.unmet[0]  # made once more, from nothing: it is the design that failed, not the problem
+            continuation, omega_c = ExactMassContinuation(fresh), float(np.exp(again))
+        elif search.width < _SMALLEST_STEP:
+            break
+        else:
+            omega_c = search.next()
+    return best, designs, omega_c
 
 
 def _first_guess(problem: ControlProblem) -> float:
@@ -190,13 +243,15 @@ def _infeasible_side(bracket: LimitBracket, options: LimitOptions) -> LimitBrack
     """Certificates at the tolerance below the met side, then farther and farther, until one is checked."""
     gap = max(_WIDTH_SHARE * options.tolerance, _CLOSEST)
     nearest = prove_bandwidth_impossible(bracket.met_problem, options.level, gap)
+    said = [bracket.sentence] if bracket.sentence else []
     if nearest.proof is None:
-        return replace(bracket, sentence="no certificate of impossibility was found", gaps_tried=nearest.tried)
+        sentence = "; ".join([*said, "no certificate of impossibility was found"])
+        return replace(bracket, sentence=sentence, gaps_tried=nearest.tried)
     omega_c = (bracket.omega_c_feasible_rad_s or np.nan) * (1.0 - nearest.gap)
     answer = replace(
         bracket, omega_c_infeasible_rad_s=omega_c, impossibility=nearest.proof, gaps_tried=nearest.tried, sentence=""
     )
     if answer.width <= options.tolerance:
         return answer
-    width = f"the bracket is {100.0 * answer.width:.2g} % wide"
-    return replace(answer, sentence=f"{width}: no certificate closer to the met side was found")
+    said = said or ["no certificate closer to the met side was found"]
+    return replace(answer, sentence=f"the bracket is {100.0 * answer.width:.2g} % wide: {'; '.join(said)}")

@@ -89,6 +89,7 @@ class ImpossibilityProof:
     x_coefficients: Floats
     y_poles_rad_s: Floats
     y_coefficients: Floats
+    y_pairs: Floats  # (m, 4)
     sentence: str
 
 

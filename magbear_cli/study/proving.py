@@ -12,7 +12,7 @@ from magbear_cli.analysis.gridless import LevelProof, prove_level
 from magbear_cli.analysis.verification import Verification, verify
 from magbear_cli.errors import NumericsError
 from magbear_cli.lti.state_space import StateSpace
-from magbear_cli.model.impossibility_certificate import ImpossibilityCertificate
+from magbear_cli.model.impossibility_certificate import PAIR_NUMBERS, ImpossibilityCertificate
 from magbear_cli.model.problem import ControlProblem
 from magbear_cli.study.outcome import ImpossibilityProof
 from magbear_cli.synthesis.impossibility import ImpossibilityOptions, find_impossibility
@@ -140,6 +140,7 @@ def is_proof(problem: ControlProblem, proof: ImpossibilityProof) -> bool:
         "x_coefficients": proof.x_coefficients.tolist(),
         "y_poles_rad_s": proof.y_poles_rad_s.tolist(),
         "y_coefficients": proof.y_coefficients.tolist(),
+        "y_pairs": proof.y_pairs.ravel().tolist(),
     }
     try:
         return check_certificate(problem, ImpossibilityCertificate.of_numbers(numbers)).valid
@@ -154,5 +155,6 @@ def _in_numbers(certificate: ImpossibilityCertificate, sentence: str) -> Impossi
         np.array(certificate.x_coefficients),
         np.array(certificate.y_poles_rad_s),
         np.array(certificate.y_coefficients),
+        np.array(certificate.y_pairs, dtype=float).reshape(-1, PAIR_NUMBERS),
         sentence,
     )

@@ -19,11 +19,13 @@ from scipy import sparse
 from magbear_cli.errors import NumericsError
 from magbear_cli.kernels.conic import Cone, solve_cone_program
 from magbear_cli.model.impossibility_certificate import (
-    HIGHEST_RELATIVE_DEGREE,
     ImpossibilityCertificate,
+    derives_constant,
     relative_degree,
+    vanishes_at_rest,
+    without_certificate,
 )
-from magbear_cli.model.problem import ControlProblem
+from magbear_cli.model.problem import ControlProblem, RationalWeight
 from magbear_cli.model.scaling import scale_problem
 from magbear_cli.synthesis.frequency_span import FrequencySpan, frequency_span
 
@@ -38,6 +40,7 @@ _Y_PART = 0.85  # lags of G_Y beside those of G_X: more only make its coefficien
 _FEWEST = 12  # lags, however narrow the span
 _SLACK = 1e-4  # relative room on the dense grid that a checker can be expected to confirm
 _MOST_FAILURES = 24  # frequencies that join the grid in a round: more of them are ripples of rounding
+_MOST_DAMPING = 0.95  # of second-order terms: beyond, they nearly are lags, and their coefficients cancel
 _LEAST = 1e-4  # of the mean: how small R and P may become beside their units
 
 
@@ -66,14 +69,11 @@ def find_impossibility(
 ) -> ImpossibilitySearch:
     """Search for two functions that prove a level out of reach; not to find any proves nothing.
 
-    Without a bandwidth limit there is no such proof to find, as every level above |W1(∞)| is reached by gain alone; W1
-    must be stable and fall off by at most the third power of s.
+    Where none can be found, ``without_certificate`` says why: without a bandwidth limit every level above |W1(∞)| is
+    reached by gain alone; W1 must be stable and fall off by at most the third power of s.
     """
     options = options or ImpossibilityOptions()
-    weight = problem.performance
-    if problem.omega_c_rad_s is None or not 0 <= relative_degree(weight) <= HIGHEST_RELATIVE_DEGREE:
-        return ImpossibilitySearch(None)
-    if (weight.poles_rad_s.real >= 0).any():
+    if without_certificate(problem):
         return ImpossibilitySearch(None)
     scaled, scaling = scale_problem(problem)
     search = _Search.of(scaled, level, options.lags_per_decade)
@@ -88,6 +88,7 @@ def find_impossibility(
         found.certificate,
         x_poles_rad_s=tuple(pole * unit for pole in found.certificate.x_poles_rad_s),
         y_poles_rad_s=tuple(pole * unit for pole in found.certificate.y_poles_rad_s),
+        y_pairs=tuple((pair[0] * unit, *pair[1:]) for pair in found.certificate.y_pairs),
     )
     return replace(found, certificate=in_si)
 
@@ -109,6 +110,7 @@ class _Search:
     span: FrequencySpan
     x_poles: Floats
     y_poles: Floats
+    y_pairs: Floats  # (m, 2): natural frequency and damping of W1's complex poles
 
     @classmethod
     def of(cls, scaled: ControlProblem, level: float, lags_per_decade: float) -> _Search:
@@ -118,7 +120,7 @@ class _Search:
         y_poles = np.geomspace(slow, fast, int(_Y_PART * count))
         slow = max(slow, _X_REACH * span.fast)
         count = max(_FEWEST, int(np.ceil(lags_per_decade * np.log10(fast / slow))))
-        return cls(scaled, level, span, np.geomspace(slow, fast, count), y_poles)
+        return cls(scaled, level, span, np.geomspace(slow, fast, count), y_poles, _complex_poles(scaled.performance))
 
     def run(self, rounds: int) -> ImpossibilitySearch:
         """Solve, look between the grid points, add what fails there, until nothing fails or the margin is gone."""
@@ -134,6 +136,8 @@ class _Search:
         margin = np.nan
         for turn in range(rounds):
             x, y, margin, r, p = self._widest_margin(omega, r_unit, p_unit)
+            if self._derives_constant:  # to the last digit, not to the solver's
+                x[0] -= self._at_rest(x, y)
             slack = self.slack(x, y, dense)
             if slack.min() > _SLACK:
                 return ImpossibilitySearch(self._certificate(x, y), margin)
@@ -163,6 +167,8 @@ class _Search:
             light = 1 - least * size_x * y_low / (size_y * x_high)
             heavy = 1 - size_y * x_low / (most * size_x * y_high)
         signs = np.where((x_high > 0) & (y_high > 0), 1.0, -1.0)
+        if vanishes_at_rest(self.scaled.performance):  # the intervals of R and P shrink to a point at rest
+            light, heavy = light / np.minimum(w1, 1.0), heavy / np.minimum(w1, 1.0)
         room = np.min([light, heavy, x_room, y_room, signs], axis=0)
         return np.asarray(np.where(np.isnan(room), -1.0, room))
 
@@ -181,15 +187,40 @@ class _Search:
         return _with_constant(real, imaginary)
 
     def _y_functions(self, omega: Floats) -> _Functions:
-        """1 and the lags, or the lags less the multiple of the fastest that makes the 1/s term vanish."""
+        """1, the lags and the second-order terms, or those less the fastest lag's multiple that takes their 1/s term.
+
+        The second-order terms are n²/D and n s/D with D = s² + 2 ζ n s + n², a pair of them for each of W1's.
+        """
         at = omega[:, None]
+        natural, damping = self.y_pairs.T
+        rest, drag = natural**2 - at**2, 2.0 * damping * natural * at
+        size = rest**2 + drag**2
+        even = _Functions(natural**2 * rest / size, -(natural**2) * drag / size)
+        odd = _Functions(natural * at * drag / size, natural * at * rest / size)
         if relative_degree(self.scaled.performance) <= 1:
             own = self.y_poles**2 + at**2
-            return _with_constant(self.y_poles**2 / own, -self.y_poles * at / own)
-        fastest, poles = self.y_poles[-1], self.y_poles[:-1]
-        own, shared = poles**2 + at**2, fastest**2 + at**2
-        real = poles**2 / own - poles * fastest / shared
-        return _with_constant(real, at * poles * (poles**2 - fastest**2) / (own * shared))
+            lags = _Functions(self.y_poles**2 / own, -self.y_poles * at / own)
+        else:
+            fastest, poles = self.y_poles[-1], self.y_poles[:-1]
+            own, shared = poles**2 + at**2, fastest**2 + at**2
+            lags = _Functions(
+                poles**2 / own - poles * fastest / shared, at * poles * (poles**2 - fastest**2) / (own * shared)
+            )
+            # n s/D − (n/p) p/(s + p) = n ((p − 2 ζ n) s − n²)/(D (s + p)); its imaginary part falls off like 1/ω³.
+            lowest = (2.0 * damping * natural) ** 2 - natural**2 - fastest**2
+            lowest = lowest * at**2 + natural**2 * (fastest**2 + natural**2)
+            odd = _Functions(odd.real - natural * fastest / shared, natural * at * lowest / (size * shared))
+        parts = (lags, even, odd)
+        return _with_constant(np.hstack([p.real for p in parts]), np.hstack([p.imaginary for p in parts]))
+
+    @property
+    def _derives_constant(self) -> bool:
+        return derives_constant(self.scaled)
+
+    def _at_rest(self, x: Floats, y: Floats) -> float:
+        """G_X(0) + G_Y(0)."""
+        zero = np.zeros(1)
+        return float((self._x_functions(zero).real @ x + self._y_functions(zero).real @ y)[0])
 
     def _widest_margin(
         self, omega: Floats, r_unit: Floats, p_unit: Floats
@@ -223,6 +254,17 @@ class _Search:
         )
         right = np.concatenate([np.zeros(2 * count), np.full(2 * count, -_LEAST), [1.0], np.zeros(6 * count), [1.0]])
         kinds = [(Cone.NONNEGATIVE, 4 * count + 1), *[(Cone.SECOND_ORDER, 3)] * (2 * count), (Cone.ZERO, 1)]
+        if self._derives_constant:
+            zero = np.zeros(1)
+            at_rest = np.hstack(
+                [
+                    functions_at.real @ block.back
+                    for functions_at, block in ((self._y_functions(zero), force), (self._x_functions(zero), measure))
+                ]
+            )
+            matrix = sparse.vstack([matrix, _shift(at_rest, 0, unknowns)])
+            right = np.append(right, 0.0)
+            kinds[-1] = (Cone.ZERO, 2)
         cost = np.zeros(unknowns)
         cost[-1] = -1.0
         answer = solve_cone_program(cost, matrix, right, kinds, tolerance=1e-9)
@@ -233,13 +275,16 @@ class _Search:
         return x, y, float(answer.x[-1]), (r_rows @ answer.x) * r_unit, (p_rows @ answer.x) * p_unit
 
     def _certificate(self, x: Floats, y: Floats) -> ImpossibilityCertificate:
-        scale = 1.0 / x[0] if x[0] > 0 else 1.0
+        scale = 1.0 / abs(x[0]) if x[0] else 1.0
+        pairs, lags = self.y_pairs.shape[0], y.size - 2 * self.y_pairs.shape[0]
+        rows = zip(self.y_pairs, y[lags : lags + pairs] * scale, y[lags + pairs :] * scale, strict=True)
         return ImpossibilityCertificate(
             self.level,
             tuple(float(pole) for pole in self.x_poles),
-            tuple(float(value * scale) for value in x),
+            tuple(float(value * scale) for value in x[int(self._derives_constant) :]),
             tuple(float(pole) for pole in self.y_poles),
-            tuple(float(value * scale) for value in y),
+            tuple(float(value * scale) for value in y[:lags]),
+            tuple((float(own[0]), float(own[1]), float(a), float(b)) for own, a, b in rows),
         )
 
 
@@ -290,6 +335,13 @@ class _Block:
         defect = defect + _diagonal(np.where(low, 1.0, -self.level / self.weight), free, unknowns)
         stacked = sparse.csr_matrix(sparse.vstack([-top, -_shift(self.imaginary, first, unknowns), -defect]))
         return sparse.csr_matrix(stacked[(np.arange(3)[None, :] * count + np.arange(count)[:, None]).ravel()])
+
+
+def _complex_poles(weight: RationalWeight) -> Floats:
+    """Natural frequency and damping of each complex pair of poles, (m, 2), of those that lags do not make as well."""
+    upper = weight.poles_rad_s[weight.poles_rad_s.imag > 0]
+    pairs = np.column_stack([np.abs(upper), -upper.real / np.abs(upper)])
+    return np.asarray(pairs[pairs[:, 1] < _MOST_DAMPING])
 
 
 def _with_constant(real: Floats, imaginary: Floats) -> _Functions:

@@ -77,10 +77,16 @@ def pole_studies(draw: st.DrawFn) -> PoleStudy:
 def impossibility_proofs(draw: st.DrawFn) -> ImpossibilityProof:
     """Proofs of impossibility, with and without the derived coefficient."""
     n, k = draw(st.integers(1, 3)), draw(st.integers(1, 3))
-    spare = draw(st.integers(0, 1))
+    spare, m = draw(st.integers(0, 1)), draw(st.integers(0, 2))
     poles, coefficients = (draw(arrays(n)), draw(arrays(k))), (draw(arrays(n)), draw(arrays(k + spare)))
     return ImpossibilityProof(
-        draw(st.floats()), poles[0], coefficients[0], poles[1], coefficients[1], sentence=draw(texts)
+        draw(st.floats()),
+        poles[0],
+        coefficients[0],
+        poles[1],
+        coefficients[1],
+        draw(arrays(m, 4)),
+        sentence=draw(texts),
     )
 
 
@@ -216,7 +222,9 @@ def make_full_case(index: int) -> CaseOutcome:
         PoleStudy(np.linspace(3.0, 4.5, 5), table(5, n + 2)),
         (step, step),
         {"solves": 12.0, "residual": 1e-12},
-        ImpossibilityProof(0.39, np.array([1.0, 2.0]), np.array([3.0, 4.0]), np.array([5.0]), np.ones(2), "checked"),
+        ImpossibilityProof(
+            0.39, np.array([1.0, 2.0]), np.array([3.0, 4.0]), np.array([5.0]), np.ones(2), np.ones((1, 4)), "checked"
+        ),
     )
 
 
