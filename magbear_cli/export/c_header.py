@@ -34,6 +34,7 @@ def c_files(handover: Handover) -> dict[str, bytes]:
         "name": handover.name,
         "upper": handover.name.upper(),
         "about": _in_comment(handover.summary),
+        "family": [_in_comment(line) for line in handover.family],
         "found": _in_comment(handover.sampled.sentence),
         "sections": sections,
         "sample_time_s": sampling.sample_time_s,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import Any
 
@@ -16,6 +16,7 @@ from magbear_cli.lti.state_space import StateSpace
 from magbear_cli.model.bearing import Bearing
 from magbear_cli.model.problem import ControlProblem
 from magbear_cli.study.building import build_bearing
+from magbear_cli.study.members import Member, Uncertainty, end_members, mass_ends_kg, member_values, uncertainty
 from magbear_cli.study.outcome import CaseOutcome
 from magbear_cli.study.sampling import SampledDesign, problem_of
 from magbear_cli.study.summary import case_document
@@ -23,6 +24,18 @@ from magbear_cli.study.summary import case_document
 Floats = NDArray[np.float64]
 
 TEST_SAMPLES = 200
+BETWEEN = "(m w^2 + k_z)/k_i lies between those of the members at every w in rad/s, and every value between occurs"
+MEMBERS = {
+    Uncertainty.MASS: "the mass uncertain between",
+    Uncertainty.NEGATIVE_STIFFNESS: "the negative stiffness k_z uncertain between",
+    Uncertainty.FORCE_CONSTANT: "the force constant, and k_i and k_z with it, uncertain between",
+    Uncertainty.MASS_AND_FORCE_CONSTANT: "mass and force constant uncertain, the ends of the family",
+}
+WORST = {
+    Uncertainty.NEGATIVE_STIFFNESS: "worst_negative_stiffness_n_per_m",
+    Uncertainty.FORCE_CONSTANT: "worst_force_constant_factor",
+    Uncertainty.MASS_AND_FORCE_CONSTANT: "worst_equivalent_mass_kg",
+}
 _AMPLITUDE_M = 10.0e-6
 
 
@@ -56,6 +69,32 @@ class Handover:
             f"status {self.outcome.status.value}{told}"
         )
 
+    @property
+    def members(self) -> tuple[Member, ...]:
+        """The ends of the family of plants that the controller is for; one where nothing is uncertain."""
+        return end_members(self.outcome.inputs)
+
+    @property
+    def family(self) -> tuple[str, ...]:
+        """The plants and what is asked of their loops, in lines of ASCII: enough to compute the worst case anew."""
+        weight, limit = self.problem.performance, self.problem.omega_c_rad_s
+        about = MEMBERS[uncertainty(self.outcome.inputs)] if len(self.members) > 1 else "known"
+        ends = [
+            f"member: m = {one.mass_kg!r} kg, k_i = {one.current_stiffness_n_per_a!r} N/A, "
+            f"k_z = {one.negative_stiffness_n_per_m!r} N/m"
+            for one in self.members
+        ]
+        between = f"Of every plant {BETWEEN}." if len(ends) > 1 else ""
+        bandwidth = "no W3" if limit is None else f"W3 = s^2/wc^2, wc = {limit!r} rad/s"
+        return (
+            f"Plant k_i/(m s^2 - k_z), {about}:",
+            *ends,
+            *([between] if between else []),
+            f"Level |W1 S| + |W3 T|, {bandwidth}, W1 by descending powers of s:",
+            f"num {[float(one) for one in weight.num]}",
+            f"den {[float(one) for one in weight.den]}",
+        )
+
     @cached_property
     def test_positions_m(self) -> Floats:
         """Samples (n,) for a test of what was made of a sampled controller: a step, then a rising tone about it."""
@@ -74,19 +113,37 @@ class Handover:
         problem, bearing = self.problem, self.bearing
         return {
             "study": self.study,
-            "case": case_document(self.outcome),
+            "case": self._case(),
             "units": {"input": "m", "output": "A", "time": "s"},
             "convention": "u = K y, positive feedback; plant k_i/(m s^2 - k_z)",
+            "specification": {
+                "level": "|W1 S| + |W3 T|, W3 = s^2/omega_c^2",
+                "performance": {"num": list(problem.performance.num), "den": list(problem.performance.den)},
+                "omega_c_rad_s": problem.omega_c_rad_s,
+            },
             "plant": {
+                "uncertain": uncertainty(self.outcome.inputs).value if len(self.members) > 1 else None,
+                "members": [asdict(one) for one in self.members],
+                "between": BETWEEN,
                 "current_stiffness_n_per_a": problem.current_stiffness_n_per_a,
                 "negative_stiffness_n_per_m": problem.negative_stiffness_n_per_m,
-                "mass_kg": [problem.mass.low_kg, problem.mass.high_kg],
+                "mass_kg": list(mass_ends_kg(self.outcome.inputs)),
                 "air_gap_m": bearing.air_gap_m,
                 "bias_current_a": bearing.bias_current_a,
                 "force_constant_n_m2_per_a2": bearing.force_constant_n_m2_per_a2,
                 "current_law": bearing.current_law.value,
             },
         }
+
+    def _case(self) -> dict[str, Any]:
+        """The document of the case, its worst member told by what it is and not by an equivalent mass."""
+        document, worst = case_document(self.outcome), self.outcome.summary.worst_mass_kg
+        kind = uncertainty(self.outcome.inputs)
+        if kind is Uncertainty.MASS or worst is None:
+            return document
+        value = float(member_values(self.outcome.inputs, worst))
+        document["worst_mass_kg"] = None if kind is Uncertainty.MASS_AND_FORCE_CONSTANT else self.outcome.mass_kg
+        return {**document, WORST[kind]: value}
 
 
 def identifier(text: str) -> str:

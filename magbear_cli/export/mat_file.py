@@ -9,6 +9,7 @@ import numpy as np
 from scipy.io import savemat
 
 from magbear_cli.export.handover import Floats, Handover
+from magbear_cli.study.members import mass_ends_kg
 
 LOADERS = ("magbear_controller.m", "magbear_simulate.m")
 _HEADER_BYTES = 116  # free text, in which the writer puts the time of writing
@@ -28,14 +29,21 @@ def _variables(handover: Handover) -> dict[str, object]:
     """A, B, C, D and Ts of what is to be run: the sampled controller where there is one; Ts = 0 is continuous time."""
     continuous, sampled = handover.controller, handover.sampled
     own = continuous if sampled is None else sampled.controller.shifted
-    problem = handover.problem
+    problem, worst = handover.problem, handover.outcome.summary.worst_case
     variables: dict[str, object] = {
         "A": own.a, "B": own.b, "C": own.c, "D": own.d,
         "Ts": 0.0 if sampled is None else sampled.sampling.sample_time_s,
         "name": handover.name, "about": handover.summary,
         "input_name": "position", "input_unit": "m", "output_name": "current", "output_unit": "A",
         "k_i": problem.current_stiffness_n_per_a, "k_z": problem.negative_stiffness_n_per_m,
-        "mass_kg": np.array([[problem.mass.low_kg, problem.mass.high_kg]]),
+        "mass_kg": np.array([mass_ends_kg(handover.outcome.inputs)]),
+        "members_mass_kg": np.array([[one.mass_kg for one in handover.members]]),
+        "members_k_i": np.array([[one.current_stiffness_n_per_a for one in handover.members]]),
+        "members_k_z": np.array([[one.negative_stiffness_n_per_m for one in handover.members]]),
+        "members_about": "\n".join(handover.family),
+        "W1_num": np.array([problem.performance.num]), "W1_den": np.array([problem.performance.den]),
+        "omega_c_rad_s": np.nan if problem.omega_c_rad_s is None else problem.omega_c_rad_s,
+        "worst_case": np.nan if worst is None else worst,
     }  # fmt: skip
     if sampled is not None:
         chain = sampled.controller

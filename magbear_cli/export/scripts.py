@@ -7,14 +7,19 @@ import numpy as np
 from magbear_cli.errors import InputError
 from magbear_cli.export.handover import Handover
 from magbear_cli.lti.conversion import transfer_function
+from magbear_cli.study.members import Uncertainty, uncertainty
 
 _VACUUM_PERMEABILITY = 4.0e-7 * np.pi  # the value that ROSS takes
 _WINDINGS = 100  # any number: only windings² times pole area matters
+
+_KNOWN = "Its magnets are known."
+_MIDDLE = "The magnets are uncertain: the element is one member of the family."
 
 _PYTHON = '''\
 """{about}
 
 ``controller`` is an object of python-control: u = K y, position y in m, control current u in A, {time}.
+{family}
 Written by magbear.
 """
 
@@ -24,6 +29,7 @@ A = {a}
 B = {b}
 C = {c}
 D = {d}
+MEMBERS = {members}  # of the family of plants: mass (kg), k_i (N/A), k_z (N/m)
 controller = control.ss(A, B, C, D, {dt}, name="{name}", inputs="position_m", outputs="current_a")
 '''
 
@@ -32,7 +38,9 @@ _ROSS = '''\
 
 ``element(n)`` is a magnetic bearing of ROSS at node n that has the stiffnesses k_s = -{k_z:.9g} N/m and
 k_i = {k_i:.9g} N/A of this bearing, for {law}. ROSS feeds back the position with a minus sign, so its controller is -K.
-Only windings^2 times pole area matters, and {windings} windings are assumed. Written by magbear.
+Only windings^2 times pole area matters, and {windings} windings are assumed. {which}
+{family}
+Written by magbear.
 """
 
 import control
@@ -43,6 +51,7 @@ AIR_GAP_M = {gap!r}
 BIAS_CURRENT_A = {bias!r}
 WINDINGS = {windings}
 POLE_AREA_M2 = {area!r}
+MEMBERS = {members}  # of the family of plants: mass (kg), k_i (N/A), k_z (N/m)
 AMPLIFIER_GAIN = {share!r}  # of the control current that reaches each coil
 controller = control.tf({num}, {den})  # -K: A/m
 
@@ -69,6 +78,8 @@ def python_files(handover: Handover) -> dict[str, bytes]:
         c=own.c.tolist(),
         d=own.d.tolist(),
         dt=0 if sampled is None else repr(sampled.sampling.sample_time_s),
+        family="\n".join(_plain(line) for line in handover.family),
+        members=_members(handover),
         time="continuous time" if sampled is None else f"sampled every {sampled.sampling.sample_time_s} s",
     )
     return {f"{handover.name}.py": text.encode("ascii")}
@@ -94,6 +105,9 @@ def ross_files(handover: Handover) -> dict[str, bytes]:
         about=_line(handover.summary),
         k_z=problem.negative_stiffness_n_per_m,
         k_i=problem.current_stiffness_n_per_a,
+        which=_MIDDLE if uncertainty(handover.outcome.inputs) is not Uncertainty.MASS else _KNOWN,
+        family="\n".join(_plain(line) for line in handover.family),
+        members=_members(handover),
         law=f"{bearing.current_law.value} coil currents",
         gap=bearing.air_gap_m,
         bias=float(bias),
@@ -106,7 +120,16 @@ def ross_files(handover: Handover) -> dict[str, bytes]:
     return {f"{handover.name}_ross.py": text.encode("ascii")}
 
 
+def _members(handover: Handover) -> list[tuple[float, float, float]]:
+    return [(one.mass_kg, one.current_stiffness_n_per_a, one.negative_stiffness_n_per_m) for one in handover.members]
+
+
 def _line(text: str) -> str:
+    """The text in one ASCII line that can stand in a docstring, with a full stop."""
+    return _plain(text) + "."
+
+
+def _plain(text: str) -> str:
     """The text in one ASCII line that can stand in a docstring."""
     plain = " ".join(text.split()).encode("ascii", "replace").decode("ascii")
-    return plain.replace("\\", "/").replace('"', "'") + "."
+    return plain.replace("\\", "/").replace('"', "'")

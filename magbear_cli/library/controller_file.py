@@ -20,11 +20,13 @@ MATRICES = ("a", "b", "c", "d")
 SAMPLE_TIMES = frozenset(
     {"dt", "ts", "tsam", "sample_time", "sample_time_s", "sampling_time", "sampling_time_s", "sampletime"}
 )
-JSON_EXPORT_KEYS = frozenset({"name", "study", "case", "units", "convention", "plant", "sampled"})
+JSON_EXPORT_KEYS = frozenset({"name", "study", "case", "units", "convention", "specification", "plant", "sampled"})
 MAT_EXPORT_KEYS = frozenset(
     {
         *("name", "about", "input_name", "input_unit", "output_name", "output_unit", "k_i", "k_z", "mass_kg"),
         *("sos", "delay_s", "F", "G", "H", "J", "test_positions_m", "test_currents_a"),
+        *("members_mass_kg", "members_k_i", "members_k_z", "members_about"),
+        *("W1_num", "W1_den", "omega_c_rad_s", "worst_case"),
         *("A_continuous", "B_continuous", "C_continuous", "D_continuous"),
     }
 )

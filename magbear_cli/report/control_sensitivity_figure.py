@@ -6,7 +6,8 @@ import numpy as np
 
 from magbear_cli.report.canvas import INK, decibel, frequency_axis, new_figure, note, panels, pen
 from magbear_cli.report.drawing import Drawing, stacked
-from magbear_cli.report.numbers import kilograms, significant
+from magbear_cli.report.members import Members
+from magbear_cli.report.numbers import significant
 from magbear_cli.report.series import Labels, file_stem, frequency_view
 from magbear_cli.report.thinning import thinned
 from magbear_cli.study.outcome import CaseOutcome, Complexes, Floats, FrequencyStudy
@@ -30,6 +31,7 @@ def control_sensitivity_drawing(
     shown = (study.omega_rad_s >= view[0]) & (study.omega_rad_s <= view[1])
     omega = study.omega_rad_s[shown]
     upper, lower = grid[0][0], grid[1][0]
+    members = Members(outcome)
     for index, (mass, row) in enumerate(zip(study.masses_kg, study.control_sensitivity_a_per_m, strict=True)):
         style = pen(index)
         for axes, whole in ((upper, decibel(np.abs(row))), (lower, _phase_deg(row))):
@@ -40,7 +42,7 @@ def control_sensitivity_drawing(
                 curve[kept],
                 color=style.color,
                 linestyle=style.linestyle,
-                label=f"{kilograms(float(mass))} kg",
+                label=members.name(float(mass)),
             )
     frequency_axis(upper, view, label=False)
     frequency_axis(lower, view, hertz=False)
@@ -48,20 +50,20 @@ def control_sensitivity_drawing(
     lower.set_ylabel("phase of −K S (deg)")
     lower.legend(loc="upper right")
     row, column = np.unravel_index(int(np.nanargmax(np.where(np.isfinite(size), size, -1.0))), size.shape)
-    peak, mass = float(size[row, column]), kilograms(float(study.masses_kg[row]))
+    peak, worst = float(size[row, column]), members.name(float(study.masses_kg[row]))
     if view[0] <= study.omega_rad_s[column] <= view[1]:
         height = float(decibel(size[row, column : column + 1])[0])
         upper.plot(float(study.omega_rad_s[column]), height, "o", markersize=4.5, markerfacecolor="white", color=INK)
-    note(upper, f"largest {significant(peak * _PER_MICROMETRE)} A/µm, at {mass} kg", "lower right")
+    note(upper, f"largest {significant(peak * _PER_MICROMETRE)} A/µm, at {worst}", "lower right")
     return Drawing(
         name=f"control_sensitivity-{file_stem(outcome, outcomes)}",
         title="Control sensitivity: current for a disturbance of the position",
         caption="K S from the disturbance of the measured position to the control current: magnitude in dB re 1 A/m "
         "(120 dB is 1 A/µm) and the phase of −K S.",
         alt=f"Magnitude and phase of K S for {labels.case(outcome)}: the largest magnitude is "
-        f"{significant(peak * _PER_MICROMETRE)} A per micrometre, at {mass} kg.",
+        f"{significant(peak * _PER_MICROMETRE)} A per micrometre, at {worst}.",
         figure=figure,
-        columns=_columns(study),
+        columns=_columns(study, members),
         case_id=outcome.case_id,
     )
 
@@ -75,11 +77,11 @@ def _phase_deg(row: Complexes) -> Floats:
     return np.asarray(whole - 360.0 * np.round(whole[-1] / 360.0))
 
 
-def _columns(study: FrequencyStudy) -> dict[str, list[object]]:
+def _columns(study: FrequencyStudy, members: Members) -> dict[str, list[object]]:
     return stacked(
         [
             {
-                "mass_kg": [float(mass)] * row.size,
+                **members.columns(float(mass), row.size),
                 "omega_rad_s": study.omega_rad_s.tolist(),
                 "abs_ks_a_per_m": np.abs(row).tolist(),
                 "phase_of_minus_ks_deg": _phase_deg(row).tolist(),

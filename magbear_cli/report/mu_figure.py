@@ -18,7 +18,8 @@ from magbear_cli.report.canvas import (
     point_label,
 )
 from magbear_cli.report.drawing import Drawing
-from magbear_cli.report.numbers import kilograms, mass_text, significant, with_unit
+from magbear_cli.report.members import Members
+from magbear_cli.report.numbers import significant, with_unit
 from magbear_cli.report.series import Labels, file_stem, frequency_view
 from magbear_cli.report.thinning import thinned
 from magbear_cli.study.outcome import CaseOutcome, FrequencyStudy
@@ -46,15 +47,15 @@ def mu_drawing(outcome: CaseOutcome, outcomes: tuple[CaseOutcome, ...], labels: 
     _tell_peak(axes, outcome, study, shown)
     handles, names = axes.get_legend_handles_labels()
     legend_below(figure, handles, names)
-    summary = outcome.summary
+    summary, members = outcome.summary, Members(outcome)
     return Drawing(
         name=f"mu-{file_stem(outcome, outcomes)}",
         title="Structured singular value over frequency",
         caption="The shaded band lies between the lower and the upper bound of µ, taken with complex blocks; where it "
-        "is too narrow to see, µ is known. Dashed: the exact worst case |W₁S| + |W₃T| over the real masses. "
+        f"is too narrow to see, µ is known. Dashed: the exact worst case |W₁S| + |W₃T| over the real {members.plural}. "
         "The dotted line is level 1, below which the specification is met.",
         alt=f"Bounds of mu over frequency for {labels.case(outcome)}: peak upper bound {significant(summary.peak_mu)}, "
-        f"peak lower bound {significant(summary.peak_mu_lower)}, exact worst case over the mass range "
+        f"peak lower bound {significant(summary.peak_mu_lower)}, exact worst case over the {members.noun} range "
         f"{significant(summary.worst_case)}.",
         figure=figure,
         columns={
@@ -110,12 +111,12 @@ def _tell_peak(axes: Axes, outcome: CaseOutcome, study: FrequencyStudy, shown: N
 
 def _worst_text(outcome: CaseOutcome) -> str:
     """The exact worst case with the place where it is, for the legend."""
-    summary = outcome.summary
+    summary, members = outcome.summary, Members(outcome)
     if summary.worst_case is None or not np.isfinite(summary.worst_case):
-        return "worst real mass"
-    where = [] if summary.worst_mass_kg is None else [f"{kilograms(summary.worst_mass_kg)} kg"]
+        return f"worst real {members.noun}"
+    where = [] if summary.worst_mass_kg is None else [members.name(summary.worst_mass_kg)]
     omega = summary.worst_omega_rad_s
     if omega is not None and np.isfinite(omega) and omega > 0:
         where.append(with_unit(omega, "rad/s"))
     place = f" ({', '.join(where)})" if where else ""
-    return f"worst real mass of {mass_text(outcome.mass_kg)}: {significant(summary.worst_case)}{place}"
+    return f"worst real {members.noun} of {members.family}: {significant(summary.worst_case)}{place}"

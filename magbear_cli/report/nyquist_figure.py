@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from magbear_cli.report.canvas import BLUE, FAINT, INK, RUST, SOFT, legend_below, new_figure, note, panels, pen
 from magbear_cli.report.drawing import Drawing, stacked
-from magbear_cli.report.numbers import kilograms, significant, with_unit
+from magbear_cli.report.members import Members
+from magbear_cli.report.numbers import significant, with_unit
 from magbear_cli.report.series import Labels, file_stem
 from magbear_cli.study.outcome import CaseOutcome, Complexes, FrequencyStudy
 
@@ -33,27 +34,28 @@ def nyquist_drawing(outcome: CaseOutcome, outcomes: tuple[CaseOutcome, ...], lab
     axes = panels(figure, 1, left=0.62, below=0.3)[0][0]
     distance = float(np.nanmin(np.abs(1.0 + gain)))
     _draw_plane(axes, distance)
-    _draw_curves(axes, study, gain)
-    count = _draw_templates(axes, study, gain)
+    members = Members(outcome)
+    _draw_curves(axes, study, gain, members)
+    count = _draw_templates(axes, study, gain, members)
     note(axes, f"no curve comes nearer to −1 than {significant(distance)}", "upper left")
     handles, names = axes.get_legend_handles_labels()
     legend_below(figure, handles, names)
     templates = (
-        " Short bars are templates: all loop gains that the masses of the range have at one frequency, part of a ray; "
-        "the disc over each is what complex blocks take it for."
+        f" Short bars are templates: all loop gains that the {members.plural} of the range have at one frequency, "
+        "part of a ray; the disc over each is what complex blocks take it for."
         if count
         else ""
     )
     return Drawing(
         name=f"nyquist-{file_stem(outcome, outcomes)}",
-        title="Nyquist curves with the uncertainty of the mass",
+        title=f"Nyquist curves with the uncertainty of the {members.noun}",
         caption="The loop gain L = −K G for ω > 0 and, thin, its mirror image. The plant has one unstable pole, so "
         f"that the whole curve must go once around −1.{templates} The dashed circle about −1 is the largest that no "
         "curve enters; its radius is one over the peak of |S|.",
-        alt=f"Nyquist curves for {labels.case(outcome)}: {gain.shape[0]} masses, {count} templates; no curve comes "
-        f"nearer to the critical point than {significant(distance)}.",
+        alt=f"Nyquist curves for {labels.case(outcome)}: {gain.shape[0]} {members.plural}, {count} templates; no curve "
+        f"comes nearer to the critical point than {significant(distance)}.",
         figure=figure,
-        columns=_columns(study, gain),
+        columns=_columns(study, gain, members),
         case_id=outcome.case_id,
     )
 
@@ -80,19 +82,17 @@ def _draw_plane(axes: Axes, distance: float) -> None:
     axes.plot(-1.0, 0.0, "+", color=INK, markersize=9, markeredgewidth=1.4, zorder=6)
 
 
-def _draw_curves(axes: Axes, study: FrequencyStudy, gain: Complexes) -> None:
+def _draw_curves(axes: Axes, study: FrequencyStudy, gain: Complexes, members: Members) -> None:
     left, right, bottom, top = _VIEW
     for index, (mass, row) in enumerate(zip(study.masses_kg, gain, strict=True)):
         near = (row.real > 2 * left) & (row.real < 2 * right) & (row.imag > 2 * bottom) & (row.imag < 2 * top)
         curve, style = np.where(near, row, np.nan), pen(index)
-        axes.plot(
-            curve.real, curve.imag, color=style.color, linestyle=style.linestyle, label=f"{kilograms(float(mass))} kg"
-        )
+        axes.plot(curve.real, curve.imag, color=style.color, linestyle=style.linestyle, label=members.name(float(mass)))
         axes.plot(curve.real, -curve.imag, color=style.color, linewidth=0.5, alpha=0.6)
 
 
-def _draw_templates(axes: Axes, study: FrequencyStudy, gain: Complexes) -> int:
-    """Bars from the lightest to the heaviest rotor, the discs over them, and how many there are."""
+def _draw_templates(axes: Axes, study: FrequencyStudy, gain: Complexes, members: Members) -> int:
+    """Bars from one end of the family to the other, the discs over them, and how many there are."""
     if study.masses_kg.size < 2:
         return 0
     low, high = gain[0], gain[-1]
@@ -110,7 +110,7 @@ def _draw_templates(axes: Axes, study: FrequencyStudy, gain: Complexes) -> int:
         axes.add_patch(
             Circle((centre.real, centre.imag), radius, facecolor=BLUE, alpha=0.16, edgecolor="none", zorder=1.5)
         )
-        label = "template of the mass" if number == 0 else None
+        label = f"template of the {members.noun}" if number == 0 else None
         axes.plot(ends.real, ends.imag, color=INK, linewidth=1.6, solid_capstyle="butt", label=label, zorder=4)
         if number % _NAMED == 0:
             outer = ends[int(np.abs(ends).argmax())]
@@ -127,11 +127,11 @@ def _draw_templates(axes: Axes, study: FrequencyStudy, gain: Complexes) -> int:
     return len(places)
 
 
-def _columns(study: FrequencyStudy, gain: Complexes) -> dict[str, list[object]]:
+def _columns(study: FrequencyStudy, gain: Complexes, members: Members) -> dict[str, list[object]]:
     return stacked(
         [
             {
-                "mass_kg": [float(mass)] * row.size,
+                **members.columns(float(mass), row.size),
                 "omega_rad_s": study.omega_rad_s.tolist(),
                 "real_loop_gain": row.real.tolist(),
                 "imag_loop_gain": row.imag.tolist(),

@@ -1,4 +1,4 @@
-"""The closed-loop poles over the mass range, coloured by mass."""
+"""The closed-loop poles over the range of the mass, or of what else is uncertain, coloured by it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from magbear_cli.report.canvas import INK, RUST, new_figure, panel_title, panels, power_of_ten
 from magbear_cli.report.drawing import Drawing, stacked
-from magbear_cli.report.numbers import kilograms, mass_text, significant
+from magbear_cli.report.members import Members
+from magbear_cli.report.numbers import significant
 from magbear_cli.report.series import Labels, file_stem
 from magbear_cli.study.outcome import CaseOutcome, Complexes, PoleStudy
 
@@ -30,19 +31,20 @@ def poles_drawing(outcome: CaseOutcome, outcomes: tuple[CaseOutcome, ...], label
     axes = panels(figure, 1, right=0.2)[0][0]
     upper = study.poles_rad_s.imag >= 0
     _scale(axes, study.poles_rad_s[upper])
-    _draw(axes, study, upper)
+    members = Members(outcome)
+    _draw(axes, study, upper, members)
     axes.set_xlabel("real part (rad/s)")
     axes.set_ylabel("imaginary part (rad/s)")
     largest = float(np.nanmax(study.poles_rad_s.real))
     return Drawing(
         name=f"poles-{file_stem(outcome, outcomes)}",
-        title="Closed-loop poles over the mass range",
-        caption="Poles of the upper half-plane for masses across the range; both axes are linear near zero and "
-        "logarithmic beyond. The hatched side is unstable.",
+        title=f"Closed-loop poles over the {members.noun} range",
+        caption=f"Poles of the upper half-plane for {members.plural} across the range; both axes are linear near zero "
+        "and logarithmic beyond. The hatched side is unstable.",
         alt=f"Pole map for {labels.case(outcome)}: {study.poles_rad_s.shape[1]} poles for each of "
-        f"{study.masses_kg.size} masses, largest real part {significant(largest)} rad/s.",
+        f"{study.masses_kg.size} {members.plural}, largest real part {significant(largest)} rad/s.",
         figure=figure,
-        columns=_columns(study),
+        columns=_columns(study, members),
         case_id=outcome.case_id,
     )
 
@@ -82,19 +84,21 @@ def _ticks(decades: list[int], *, both: bool) -> list[float]:
     return sorted([0.0, *sizes, *([-size for size in sizes] if both else [])])
 
 
-def _draw(axes: Axes, study: PoleStudy, upper: NDArray[np.bool_]) -> None:
+def _draw(axes: Axes, study: PoleStudy, upper: NDArray[np.bool_], members: Members) -> None:
     axes.axvspan(0.0, 1e30, facecolor="#f3e3da", edgecolor=RUST, hatch="///", linewidth=0.0, alpha=0.6, zorder=0)
     axes.axvline(0.0, color=INK, linewidth=0.9)
-    masses = np.broadcast_to(study.masses_kg[:, None], study.poles_rad_s.shape)[upper]
+    own = members.values(study.masses_kg)
+    values = np.broadcast_to(own[:, None], study.poles_rad_s.shape)[upper]
     poles = study.poles_rad_s[upper]
-    low, high = float(study.masses_kg.min()), float(study.masses_kg.max())
+    low, high = float(own.min()), float(own.max())
+    ends = {float(value): members.name(float(mass)) for value, mass in zip(own, study.masses_kg, strict=True)}
     colours = ListedColormap(colormaps["cividis"](np.linspace(0.0, 0.75, 256)))
     norm = Normalize(low, high if high > low else low + 1.0)
     scatter = axes.scatter(
-        poles.real, poles.imag, c=masses, cmap=colours, norm=norm, s=9, linewidths=0, zorder=3, clip_on=True
+        poles.real, poles.imag, c=values, cmap=colours, norm=norm, s=9, linewidths=0, zorder=3, clip_on=True
     )
-    for mass, marker in {low: "o", high: "^"}.items():
-        at = masses == mass
+    for value, marker in {low: "o", high: "^"}.items():
+        at = values == value
         axes.scatter(
             poles.real[at],
             poles.imag[at],
@@ -103,25 +107,25 @@ def _draw(axes: Axes, study: PoleStudy, upper: NDArray[np.bool_]) -> None:
             facecolors="white",
             zorder=4,
             linewidths=1.0,
-            edgecolors=[colours(norm(mass))],
-            label=f"{kilograms(mass)} kg",
+            edgecolors=[colours(norm(value))],
+            label=ends[value],
         )
     if high > low:
         axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.1, columnspacing=1.2)
     if high > low:
         bar = axes.figure.colorbar(scatter, ax=axes, pad=0.015, fraction=0.05, aspect=28)
-        bar.set_label("mass (kg)")
+        bar.set_label(members.axis)
         bar.outline.set_linewidth(0.5)
     largest = float(np.nanmax(study.poles_rad_s.real))
-    family = f"over {mass_text([low, high])}" if high > low else f"at {mass_text(low)}"
+    family = f"over {members.span(study.masses_kg)}" if high > low else f"at {ends[low]}"
     panel_title(axes, f"Largest real part {significant(largest)} rad/s {family}")
 
 
-def _columns(study: PoleStudy) -> dict[str, list[object]]:
+def _columns(study: PoleStudy, members: Members) -> dict[str, list[object]]:
     return stacked(
         [
             {
-                "mass_kg": [float(mass)] * row.size,
+                **members.columns(float(mass), row.size),
                 "real_rad_s": row.real.tolist(),
                 "imag_rad_s": row.imag.tolist(),
             }

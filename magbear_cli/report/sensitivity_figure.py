@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from magbear_cli.report.canvas import INK, decibel, frequency_axis, new_figure, note, panel_title, panels, pen
 from magbear_cli.report.drawing import Drawing, stacked
-from magbear_cli.report.numbers import kilograms, significant
+from magbear_cli.report.members import Members
+from magbear_cli.report.numbers import significant
 from magbear_cli.report.series import Labels, file_stem, frequency_view
 from magbear_cli.report.thinning import thinned
 from magbear_cli.study.outcome import CaseOutcome, Complexes, FrequencyStudy
@@ -26,11 +27,12 @@ def sensitivity_drawing(outcome: CaseOutcome, outcomes: tuple[CaseOutcome, ...],
         return None
     figure = new_figure(3.25)
     left, right = panels(figure, 2, hertz=True)[0]
+    members = Members(outcome)
     verdicts = (
-        _panel(left, study, study.sensitivity, study.performance_bound, ("S", "W₁", "Sensitivity |S|")),
+        _panel(left, (study, members), study.sensitivity, study.performance_bound, ("S", "W₁", "Sensitivity |S|")),
         _panel(
             right,
-            study,
+            (study, members),
             study.complementary_sensitivity,
             study.bandwidth_bound,
             ("T", "W₃", "Complementary sensitivity |T|"),
@@ -40,17 +42,23 @@ def sensitivity_drawing(outcome: CaseOutcome, outcomes: tuple[CaseOutcome, ...],
     return Drawing(
         name=f"sensitivity-{file_stem(outcome, outcomes)}",
         title="Sensitivity functions against their bounds",
-        caption="Each mass keeps below the dotted bound when |W₁S| and |W₃T| stay below 1; the specification asks for "
-        "more, their sum at most 1 for every mass of the range.",
+        caption=f"Each {members.noun} keeps below the dotted bound when |W₁S| and |W₃T| stay below 1; the "
+        f"specification asks for more, their sum at most 1 for every {members.noun} of the range.",
         alt=f"Magnitudes of S and T in dB for {labels.case(outcome)}: {verdicts[0]}; {verdicts[1]}.",
         figure=figure,
-        columns=_columns(study),
+        columns=_columns(study, members),
         case_id=outcome.case_id,
     )
 
 
-def _panel(axes: Axes, study: FrequencyStudy, response: Complexes, bound: Floats, words: tuple[str, str, str]) -> str:
-    symbol, weight, title = words
+def _panel(
+    axes: Axes,
+    shown_case: tuple[FrequencyStudy, Members],
+    response: Complexes,
+    bound: Floats,
+    words: tuple[str, str, str],
+) -> str:
+    (study, members), (symbol, weight, title) = shown_case, words
     view = frequency_view(study)
     shown = (study.omega_rad_s >= view[0]) & (study.omega_rad_s <= view[1])
     omega = study.omega_rad_s[shown]
@@ -58,7 +66,7 @@ def _panel(axes: Axes, study: FrequencyStudy, response: Complexes, bound: Floats
     for index, (mass, curve) in enumerate(zip(study.masses_kg, curves, strict=True)):
         kept, style = thinned(np.log10(omega), curve), pen(index)
         axes.plot(
-            omega[kept], curve[kept], color=style.color, linestyle=style.linestyle, label=f"{kilograms(float(mass))} kg"
+            omega[kept], curve[kept], color=style.color, linestyle=style.linestyle, label=members.name(float(mass))
         )
     limit = -decibel(bound[shown])
     bounded = bool(np.isfinite(limit).any())
@@ -68,7 +76,7 @@ def _panel(axes: Axes, study: FrequencyStudy, response: Complexes, bound: Floats
     _set_height(axes, curves)
     frequency_axis(axes, view)
     panel_title(axes, title, hertz=True)
-    spoken, drawn = _verdict(study, np.abs(response) * bound, symbol, weight, bounded=bounded)
+    spoken, drawn = _verdict((study, members), np.abs(response) * bound, symbol, weight, bounded=bounded)
     falls = symbol == "T"
     note(axes, drawn, "upper right" if falls else "upper left")
     axes.legend(loc="lower left" if falls else "lower right")
@@ -84,25 +92,28 @@ def _set_height(axes: Axes, curves: list[Floats]) -> None:
     axes.set_ylim(bottom - 4.0, top + _HEADROOM_DB)
 
 
-def _verdict(study: FrequencyStudy, weighted: Floats, symbol: str, weight: str, *, bounded: bool) -> tuple[str, str]:
+def _verdict(
+    shown_case: tuple[FrequencyStudy, Members], weighted: Floats, symbol: str, weight: str, *, bounded: bool
+) -> tuple[str, str]:
     """What the panel shows in plain words, and the same for the panel itself."""
     if not bounded:
         return f"there is no bound on {symbol}", f"no bound on {symbol}"
     if not np.isfinite(weighted).any():
         return f"{symbol} has no finite values", "no finite values"
     row, column = np.unravel_index(int(np.nanargmax(np.where(np.isfinite(weighted), weighted, -1.0))), weighted.shape)
-    worst, mass = float(weighted[row, column]), kilograms(float(study.masses_kg[row]))
+    study, members = shown_case
+    worst, member = float(weighted[row, column]), members.name(float(study.masses_kg[row]))
     place = "below" if worst <= 1.0 else "above"
     return (
-        f"{symbol} is {place} its bound, the largest |{weight}{symbol}| is {significant(worst)} at {mass} kg",
-        f"{place} the bound: largest |{weight}{symbol}| is {significant(worst)}, at {mass} kg",
+        f"{symbol} is {place} its bound, the largest |{weight}{symbol}| is {significant(worst)} at {member}",
+        f"{place} the bound: largest |{weight}{symbol}| is {significant(worst)}, at {member}",
     )
 
 
-def _columns(study: FrequencyStudy) -> dict[str, list[object]]:
+def _columns(study: FrequencyStudy, members: Members) -> dict[str, list[object]]:
     tables = [
         {
-            "mass_kg": [float(mass)] * study.omega_rad_s.size,
+            **members.columns(float(mass), study.omega_rad_s.size),
             "omega_rad_s": study.omega_rad_s.tolist(),
             "abs_sensitivity": np.abs(study.sensitivity[row]).tolist(),
             "abs_complementary_sensitivity": np.abs(study.complementary_sensitivity[row]).tolist(),

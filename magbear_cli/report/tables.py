@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from magbear_cli.errors import Status
+from magbear_cli.report.members import Members
 from magbear_cli.report.numbers import (
     MICROMETRES,
     MILLISECONDS,
@@ -224,11 +225,11 @@ def failures(results: StudyResults, labels: Labels) -> list[Failure]:
 
 def case_figures(outcome: CaseOutcome) -> list[tuple[str, str]]:
     """What the tables leave out, as pairs of words and figures."""
-    summary = outcome.summary
+    summary, members = outcome.summary, Members(outcome)
     pairs = [
         ("level by the method's own account", significant(summary.level)),
         ("worst case proven below", at_most(summary.worst_case_proven)),
-        ("worst mass", _unit(summary.worst_mass_kg, "kg")),
+        (f"worst {members.noun}", _worst_member(summary.worst_mass_kg, members)),
         ("worst frequency", _unit(summary.worst_omega_rad_s, "rad/s")),
         ("flatness of µ, 10 … 10⁵ rad/s", significant(summary.mu_flatness, 2)),
         ("gain margin, factors", _margin(summary.gain_margin_low, summary.gain_margin_high)),
@@ -247,6 +248,10 @@ def statistics(outcome: CaseOutcome) -> list[tuple[str, str]]:
 
 def _count(value: float) -> str:
     return shortest(value) if value.is_integer() else significant(value, 4)
+
+
+def _worst_member(mass_kg: float | None, members: Members) -> str:
+    return MISSING if mass_kg is None or math.isnan(mass_kg) else members.name(mass_kg)
 
 
 def _unit(value: float | None, unit: str) -> str:

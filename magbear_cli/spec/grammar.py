@@ -102,7 +102,8 @@ def dotted_with_leaf(leaf: str) -> str | None:
 
 
 def nearest_dotted(key: str, *, of_cases_only: bool, methods: Collection[str] = ()) -> str | None:
-    """The dotted key that was probably meant, in a study with these methods."""
+    """The dotted key that was probably meant; of an option of ``controller``, one that these methods know."""
+    methods = methods if key.startswith("controller.") else ()
     legal = dotted_keys(of_cases_only=of_cases_only, methods=methods)
     leaf = dotted_with_leaf(key.rpartition(".")[2])
     if leaf in dotted_keys(of_cases_only=of_cases_only):  # only the section is misspelled

@@ -120,7 +120,7 @@ FREQUENCY = Group(
     FrequencyStudy,
     (
         Field("omega_rad_s", "angular frequency", "rad/s", OMEGA),
-        Field("masses_kg", "rotor mass", "kg", MASS),
+        Field("masses_kg", "rotor mass, or equivalent mass of uncertain magnets", "kg", MASS),
         Field("mu_upper", "upper bound of the structured singular value, complex blocks", "1", OMEGA),
         Field("mu_lower", "lower bound of the structured singular value, complex blocks", "1", OMEGA),
         Field("worst_case", "largest abs(W1 S) + abs(W3 T) over the mass range", "1", OMEGA),
@@ -139,7 +139,7 @@ POLES = Group(
     "poles",
     PoleStudy,
     (
-        Field("masses_kg", "rotor mass", "kg", MASS),
+        Field("masses_kg", "rotor mass, or equivalent mass of uncertain magnets", "kg", MASS),
         Field("poles_rad_s", "closed-loop poles", "rad/s", (*MASS, "pole"), Kind.COMPLEX),
     ),
 )
