@@ -41,7 +41,7 @@ Floats = NDArray[np.float64]
 _FIRST_RATIO = 1.05  # upper over lower end of the first boxes
 _NARROWEST = 1e-7  # relative width of a box that is no longer split
 _MOST_BOXES = 20_000
-_BEYOND = 1e4  # how far past all poles and corners the two end boxes begin
+_BEYOND = 1e6  # how far past all poles and corners the two end boxes begin
 
 CONDITIONS = (
     "the bound on G_X leaves no measure",
