@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from itertools import pairwise
 
 import numpy as np
@@ -124,3 +125,12 @@ def without_certificate(problem: ControlProblem) -> str:
 def derives_constant(problem: ControlProblem) -> bool:
     """Whether G_X(0) = −G_Y(0): where W1 vanishes at rest and every plant has the same stiffness there."""
     return vanishes_at_rest(problem.performance) and problem.uncertain is UncertainParameter.MASS
+
+
+def fast_end_excess(weight: RationalWeight, level: float) -> int:
+    """The sign of |W1(∞)| − level, exactly: every proper controller has S(∞) = 1, so none comes below |W1(∞)|."""
+    num, den = np.trim_zeros(weight.num, "f"), np.trim_zeros(weight.den, "f")
+    if len(num) < len(den) or not len(num):
+        return -1
+    excess = abs(Fraction(float(num[0]))) - Fraction(level) * abs(Fraction(float(den[0])))
+    return 1 if len(num) > len(den) else (excess > 0) - (excess < 0)

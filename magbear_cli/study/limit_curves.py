@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from magbear_cli.errors import InputError
+from magbear_cli.errors import InputError, Status
 from magbear_cli.study.outcome import CaseOutcome
 from magbear_cli.study.summary import plain_number
 
@@ -33,6 +33,8 @@ def curve_document(outcome: CaseOutcome, over: Mapping[str, Any]) -> dict[str, A
 def curve_line(curve: Mapping[str, Any]) -> str:
     """One bracket in a sentence."""
     low, high = (curve[side] for side in SIDES)
+    if curve["status"] == Status.INFEASIBLE:
+        return f"{curve_name(curve)}: infeasible at every bandwidth limit ({curve['sentence']})"
     impossible = "no proof of impossibility" if low is None else f"proven impossible up to {low:.1f} rad/s"
     order = curve["controller_order"]
     met = "not met" if high is None else f"met from {high:.1f} rad/s by a controller of order {order}"

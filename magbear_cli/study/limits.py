@@ -13,9 +13,10 @@ import numpy as np
 from magbear_cli.analysis.gridless import LevelProof, prove_level
 from magbear_cli.errors import NumericsError, Status
 from magbear_cli.lti.state_space import StateSpace
+from magbear_cli.model.impossibility_certificate import fast_end_excess, without_certificate
 from magbear_cli.model.problem import ControlProblem
 from magbear_cli.study.outcome import ImpossibilityProof
-from magbear_cli.study.proving import prove_bandwidth_impossible
+from magbear_cli.study.proving import prove_bandwidth_impossible, prove_by_fast_end
 from magbear_cli.synthesis.design import Design
 from magbear_cli.synthesis.exact_mass import ExactMassContinuation, ExactMassOptions
 
@@ -101,7 +102,9 @@ class LimitBracket:
     def met_design(self) -> Design:
         """The controller of the met side as the answer of a method."""
         statistics = {"designs": float(self.designs), "gaps_tried": float(self.gaps_tried)}
-        status = Status.NOT_ACHIEVED if self.controller is None else Status.OK
+        status = Status.OK
+        if self.controller is None:
+            status = Status.NOT_ACHIEVED if self.impossibility is None else Status.INFEASIBLE
         return Design(self.controller, status, self.sentence, self.worst_case, statistics)
 
 
@@ -112,6 +115,15 @@ def bracket_limit(problem: ControlProblem, options: LimitOptions | None = None) 
     farther below.
     """
     options = options or LimitOptions()
+    nowhere = prove_by_fast_end(problem, options.level)
+    if nowhere is not None:
+        return LimitBracket(problem, options.level, nowhere.sentence, impossibility=nowhere)
+    if fast_end_excess(problem.performance, options.level) == 0:
+        sentence = (
+            f"|W1| is {options.level:.6g} at infinite frequency, where S = 1 with every proper controller:"
+            " at no bandwidth limit is the specification met with room for a proof"
+        )
+        return LimitBracket(problem, options.level, sentence)
     bracket = _feasible_side(problem, options)
     if bracket.omega_c_feasible_rad_s is None:
         return bracket
@@ -241,6 +253,9 @@ def _first_guess(problem: ControlProblem) -> float:
 
 def _infeasible_side(bracket: LimitBracket, options: LimitOptions) -> LimitBracket:
     """Certificates at the tolerance below the met side, then farther and farther, until one is checked."""
+    reason = without_certificate(bracket.met_problem)
+    if reason:
+        return replace(bracket, sentence="; ".join([*([bracket.sentence] if bracket.sentence else []), reason]))
     gap = max(_WIDTH_SHARE * options.tolerance, _CLOSEST)
     nearest = prove_bandwidth_impossible(bracket.met_problem, options.level, gap)
     said = [bracket.sentence] if bracket.sentence else []

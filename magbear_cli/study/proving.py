@@ -12,7 +12,12 @@ from magbear_cli.analysis.gridless import LevelProof, prove_level
 from magbear_cli.analysis.verification import Verification, verify
 from magbear_cli.errors import NumericsError
 from magbear_cli.lti.state_space import StateSpace
-from magbear_cli.model.impossibility_certificate import PAIR_NUMBERS, ImpossibilityCertificate
+from magbear_cli.model.impossibility_certificate import (
+    PAIR_NUMBERS,
+    ImpossibilityCertificate,
+    fast_end_excess,
+    without_certificate,
+)
 from magbear_cli.model.problem import ControlProblem
 from magbear_cli.study.outcome import ImpossibilityProof
 from magbear_cli.synthesis.impossibility import ImpossibilityOptions, find_impossibility
@@ -64,12 +69,26 @@ def prove_tightly(problem: ControlProblem, controller: StateSpace, worst: float)
 
 def prove_impossible(problem: ControlProblem, level: float = SPECIFIED) -> ImpossibilityProof | None:
     """A checked proof that every linear controller's worst case is above the level; None says nothing."""
+    by_fast_end = prove_by_fast_end(problem, level)
+    if by_fast_end is not None or without_certificate(problem):
+        return by_fast_end
     return _attempt(problem, level)[0]
+
+
+def prove_by_fast_end(problem: ControlProblem, level: float) -> ImpossibilityProof | None:
+    """The proof without functions that the weight alone is: |W1(∞)| is above the level, and S(∞) = 1 in every loop."""
+    if fast_end_excess(problem.performance, level) <= 0:
+        return None
+    none = np.zeros(0)
+    sentence = (
+        f"proven: |W1| is above {level:.6g} at infinite frequency, where S = 1 with every proper controller"
+    )
+    return ImpossibilityProof(level, none, none, none, none, np.zeros((0, PAIR_NUMBERS)), sentence)
 
 
 def prove_lower_bound(problem: ControlProblem, reached: float) -> ImpossibilityProof | None:
     """The proof of the highest level found that is below what a controller reaches and that no controller reaches."""
-    if not np.isfinite(reached) or reached <= 0:
+    if not np.isfinite(reached) or reached <= 0 or without_certificate(problem):
         return None
     nearest = _nearest_proof(lambda gap: (problem, reached * (1.0 - gap)), _FIRST_GAP, _LEVEL_SLOPE)
     return nearest.proof
@@ -134,6 +153,8 @@ def _attempt(problem: ControlProblem, level: float) -> tuple[ImpossibilityProof 
 
 def is_proof(problem: ControlProblem, proof: ImpossibilityProof) -> bool:
     """Whether the stored numbers are a proof, by the checker alone."""
+    if not proof.x_poles_rad_s.size:
+        return fast_end_excess(problem.performance, proof.level) > 0
     numbers = {
         "level": proof.level,
         "x_poles_rad_s": proof.x_poles_rad_s.tolist(),

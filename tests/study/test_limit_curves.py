@@ -14,7 +14,7 @@ def curve(low: float | None = 5000.0, high: float | None = 5050.0, **other: obje
     """One curve as the command prints it."""
     known: dict[str, Any] = {
         "mass_kg": [3.0, 4.5], "omega_c_feasible": high, "omega_c_infeasible": low, "controller_order": 14,
-        "verified": True, "over": {}, "sentence": "",
+        "verified": True, "over": {}, "sentence": "", "status": "ok",
     }  # fmt: skip
     return known | other
 
@@ -87,3 +87,9 @@ def test_a_part_of_the_baseline_may_be_asked_for() -> None:
     assert "| 3-4.5 kg |" in page
     assert "3 kg" in compare_curves([curve(4960.0, 5090.0)], baseline, 0.01).markdown("base.json")
     assert "all 1 where they were" in compare_curves([curve()], baseline, 0.01, is_part=True).markdown("base.json")
+
+
+def test_a_problem_without_any_limit_is_infeasible() -> None:
+    """Where no bandwidth limit helps, the line says so and why, and no side is missed."""
+    line = curve_line(curve(None, None, status="infeasible", sentence="proven: |W1| is above 1"))
+    assert line == "3-4.5 kg: infeasible at every bandwidth limit (proven: |W1| is above 1)"
