@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from magbear_cli.analysis.pole_family import controller_poles, pole_family
 from magbear_cli.lti.conversion import zeros_poles_gain
+from magbear_cli.lti.resonance import resonance_frequencies
 from magbear_cli.lti.state_space import StateSpace
 from magbear_cli.model.problem import ControlProblem
 
@@ -15,7 +16,6 @@ Complexes = NDArray[np.complex128]
 
 _BEYOND = 1e3  # how far past the slowest and the fastest dynamics the grid reaches
 _ALWAYS = (1.0, 1e6)  # rad/s that every grid covers
-_LIGHT_DAMPING = 0.3
 _MASSES = 9
 _WIDEST_DECADES = 10.0  # a pole or zero farther than this from the plant and the bounds is a numerical infinity
 
@@ -27,7 +27,8 @@ def frequency_grid(problem: ControlProblem, controller: StateSpace, points_per_d
     low = min(float(speeds.min()) / _BEYOND, _ALWAYS[0])
     high = max(float(speeds.max()) * _BEYOND, _ALWAYS[1])
     count = int(np.ceil(points_per_decade * np.log10(high / low))) + 1
-    return np.unique(np.concatenate([np.geomspace(low, high, count), np.geomspace(*_ALWAYS, 2), _near(roots)]))
+    resonances = resonance_frequencies(np.concatenate([roots, np.roots(problem.performance.num)]))
+    return np.unique(np.concatenate([np.geomspace(low, high, count), np.geomspace(*_ALWAYS, 2), resonances]))
 
 
 def closed_frequency_grid(problem: ControlProblem, controller: StateSpace, points_per_decade: int = 60) -> Floats:
@@ -41,28 +42,19 @@ def loop_roots(problem: ControlProblem, controller: StateSpace) -> Complexes:
 
     Roots at zero and roots farther from the plant and the bounds than any dynamics of interest are left out.
     """
-    own = [problem.natural_rad_s, *np.abs(problem.performance.poles_rad_s)]
+    own = [problem.natural_rad_s, *problem.performance.poles_rad_s]
     own += [] if problem.omega_c_rad_s is None else [problem.omega_c_rad_s]
     zeros, _, _ = zeros_poles_gain(controller)
     poles, errors = controller_poles(controller)
     poles = poles[np.abs(poles) > errors]  # an integrator is seldom exactly at zero
     closed = pole_family(problem, controller, problem.mass.samples_kg(_MASSES)).poles_rad_s.ravel()
-    known = np.array([speed for speed in own if speed > 0])
-    roots = np.concatenate([known.astype(complex), zeros, poles, closed])
+    given = np.array([root for root in own if root != 0], dtype=complex)
+    known = np.abs(given)
+    roots = np.concatenate([given, zeros, poles, closed])
     reach = 10.0**_WIDEST_DECADES
     return np.asarray(
         roots[(np.abs(roots) > known.min() / reach) & (np.abs(roots) < known.max() * reach)], dtype=complex
     )
-
-
-def _near(roots: Complexes) -> Floats:
-    """Frequencies around the resonances of lightly damped roots, at distances from a tenth to 30 half-widths."""
-    light = roots[(np.abs(roots.real) < _LIGHT_DAMPING * np.abs(roots)) & (roots.imag > 0)]
-    steps = np.geomspace(0.1, 30.0, 16)  # never the resonance itself: an undamped pole has no response there
-    steps = np.concatenate([-steps[::-1], steps])
-    width = np.maximum(np.abs(light.real), 1e-9 * np.abs(light))
-    points = (light.imag[:, None] + width[:, None] * steps).ravel()
-    return np.asarray(points[points > 0], dtype=float)
 
 
 def is_regular_at_zero(problem: ControlProblem, controller: StateSpace) -> bool:

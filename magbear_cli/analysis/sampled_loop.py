@@ -16,6 +16,7 @@ from magbear_cli.analysis.margins import Margins, is_crossing
 from magbear_cli.analysis.supremum import sign_changes, supremum
 from magbear_cli.analysis.worst_case import WorstCase
 from magbear_cli.lti.eigenvalues import eigenvalues_with_error
+from magbear_cli.lti.resonance import resonance_frequencies
 from magbear_cli.lti.sampled_system import SampledSystem, delta_polynomials
 from magbear_cli.model.held_plant import Sampling, held_plant, hold_filter, hold_mass, hold_shares
 from magbear_cli.model.problem import ControlProblem
@@ -55,13 +56,21 @@ class SampledLoop:
 
     def frequencies(self) -> Floats:
         """An ascending grid (w,) in rad/s from far below all corners to π/T, denser in its last decade."""
-        corners = [self.problem.natural_rad_s, *np.abs(self.problem.performance.poles_rad_s)]
+        weight, period = self.problem.performance, self.sampling.sample_time_s
+        own: list[Complexes] = []
         for section in self.controller.sections:
-            corners += [*np.abs(np.roots(delta_polynomials(section)[1])) / self.sampling.sample_time_s]
+            num, den = delta_polynomials(section)
+            own += [np.asarray(np.roots(part) / period, dtype=complex) for part in (num, den)]
+        corners = [self.problem.natural_rad_s, *np.abs(weight.poles_rad_s)]
+        corners += [abs(root) for roots in own[1::2] for root in roots]
+        discrete = 1.0 + period * np.concatenate([np.zeros(0), *own])
+        continuous = np.log(discrete[np.abs(discrete) > 0].astype(complex)) / period
+        near = resonance_frequencies(np.concatenate([weight.poles_rad_s, np.roots(weight.num), continuous]))
         low = _SLOWEST * min((corner for corner in corners if corner > 0.0), default=1.0)
         high = self.sampling.nyquist_rad_s
         count = int(np.ceil(_POINTS_PER_DECADE * max(np.log10(high / low), 1.0)))
-        return np.unique(np.concatenate([np.geomspace(low, high, count), np.linspace(0.1 * high, high, 200)]))
+        grids = [np.geomspace(low, high, count), np.linspace(0.1 * high, high, 200), near[near < high]]
+        return np.unique(np.concatenate(grids))
 
 
 def sampled_poles(loop: SampledLoop, mass_kg: float) -> Complexes:

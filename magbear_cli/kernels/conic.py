@@ -12,6 +12,7 @@ from scipy import sparse
 
 from magbear_cli.errors import NumericsError
 
+LARGEST_VIOLATION = 1e-6  # of an answer that counts; of 4000 programs of random problems the largest was 2.3e-7
 _SETTLED = frozenset({"solved", "primalinfeasible", "dualinfeasible"})  # answers that more care would not change
 
 
@@ -29,7 +30,7 @@ class ConicAnswer:
     """A solution with its residuals, recomputed here and not taken from the solver.
 
     ``x`` (n,) primal, ``z`` (rows,) dual, ``objective`` qᵀx; ``status`` is the solver's word in lower case.
-    ``violation`` is the largest amount by which a linear or second-order cone is missed, relative to 1 + ‖b‖∞.
+    ``violation`` is the largest amount by which a cone is missed, relative to 1 + ‖b‖∞.
     """
 
     x: NDArray[np.float64]
@@ -40,8 +41,11 @@ class ConicAnswer:
 
     @property
     def is_solved(self) -> bool:
-        """Whether the solver stopped at a (nearly) optimal point with finite numbers."""
-        return self.status in {"solved", "almostsolved"} and bool(np.isfinite(self.x).all())
+        """Whether the solver stopped at a (nearly) optimal point, and the point keeps the constraints.
+
+        The solver's own word is not enough: the recomputed violation is at most ``LARGEST_VIOLATION``.
+        """
+        return self.status in {"solved", "almostsolved"} and self.violation <= LARGEST_VIOLATION
 
     @property
     def is_infeasible(self) -> bool:
@@ -120,6 +124,8 @@ def _solved(
 
 
 def _violation(slack: NDArray[np.float64], cones: Sequence[tuple[Cone, int]]) -> float:
+    if not np.isfinite(slack).all():
+        return float("inf")
     worst, start = 0.0, 0
     for kind, size in cones:
         rows = size * (size + 1) // 2 if kind is Cone.POSITIVE_SEMIDEFINITE else size
@@ -131,4 +137,14 @@ def _violation(slack: NDArray[np.float64], cones: Sequence[tuple[Cone, int]]) ->
             worst = max(worst, float(-block.min(initial=0.0)))
         elif kind is Cone.SECOND_ORDER:
             worst = max(worst, float(np.linalg.norm(block[1:]) - block[0]))
+        else:
+            worst = max(worst, float(-np.linalg.eigvalsh(_symmetric(block, size))[0]))
     return worst
+
+
+def _symmetric(triangle: NDArray[np.float64], size: int) -> NDArray[np.float64]:
+    """The matrix of an upper triangle by columns with off-diagonals times √2."""
+    matrix = np.zeros((size, size))
+    columns, rows = np.tril_indices(size)  # of the upper triangle, column after column
+    matrix[rows, columns] = triangle / np.where(rows == columns, 1.0, np.sqrt(2.0))
+    return np.asarray(matrix + np.triu(matrix, 1).T)

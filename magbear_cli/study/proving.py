@@ -80,9 +80,7 @@ def prove_by_fast_end(problem: ControlProblem, level: float) -> ImpossibilityPro
     if fast_end_excess(problem.performance, level) <= 0:
         return None
     none = np.zeros(0)
-    sentence = (
-        f"proven: |W1| is above {level:.6g} at infinite frequency, where S = 1 with every proper controller"
-    )
+    sentence = f"proven: |W1| is above {level:.6g} at infinite frequency, where S = 1 with every proper controller"
     return ImpossibilityProof(level, none, none, none, none, np.zeros((0, PAIR_NUMBERS)), sentence)
 
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from magbear_cli.errors import NumericsError, Status
 from magbear_cli.lti.frequency import frequency_response
+from magbear_cli.lti.resonance import resonance_frequencies
 from magbear_cli.lti.state_space import StateSpace
 from magbear_cli.model.problem import ControlProblem
 from magbear_cli.model.robust_performance import worst_case_over_mass
@@ -24,6 +25,7 @@ from magbear_cli.synthesis.frequency_span import UNLIMITED_BANDWIDTH, FrequencyS
 from magbear_cli.synthesis.half_plane_program import HalfPlaneProgram, Ratio
 from magbear_cli.synthesis.lag_chain import ChainRatio
 from magbear_cli.synthesis.lag_ratio import LagRatio
+from magbear_cli.synthesis.near_integrator import raise_slow_poles
 from magbear_cli.synthesis.peak import local_maxima, refined_peak
 from magbear_cli.synthesis.stabilisation import stabilises
 
@@ -96,9 +98,10 @@ class ExactMassContinuation:
         if (weight.poles_rad_s.real >= 0).any() or len(weight.num) > len(weight.den):
             raise NumericsError("the performance weight must be stable and proper")
         limited = with_bandwidth(problem)
-        scaled, scaling = scale_problem(limited)
+        raised = raise_slow_poles(limited)
+        scaled, scaling = scale_problem(raised.problem)
         found, chosen = self._found(scaled, expected, rough=rough)
-        controller = scaling.controller(chosen.ratio.controller())
+        controller = raised.lowered(scaling.controller(chosen.ratio.controller()))
         level = exact_level(problem, controller)
         statistics = {
             "cone_programs": float(sum(descent.solves for descent in found)),
@@ -174,7 +177,7 @@ def exact_level(problem: ControlProblem, controller: StateSpace) -> float:
     grid = span.grid(_DENSE, margin=1e4)
     corners = np.abs(np.concatenate([problem.performance.poles_rad_s, controller.poles()]))
     local = np.multiply.outer(corners[corners > 0], np.geomspace(0.7, 1.4, 41)).ravel()
-    grid = np.union1d(grid, local)
+    grid = np.unique(np.concatenate([grid, local, resonance_frequencies(controller.poles())]))
 
     def level(omega: Floats) -> Floats:
         return worst_case_over_mass(problem, frequency_response(controller, omega)[:, 0, 0], omega)[0]

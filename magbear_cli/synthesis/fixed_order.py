@@ -26,6 +26,7 @@ from magbear_cli.synthesis.half_plane import (
 )
 from magbear_cli.synthesis.lag_ratio import LagRatio
 from magbear_cli.synthesis.least_current import least_current_descent
+from magbear_cli.synthesis.near_integrator import raise_slow_poles
 from magbear_cli.synthesis.stabilisation import stabilises
 
 _TOO_NEAR = 0.1  # of the logarithm: two lags so close are one
@@ -52,25 +53,27 @@ def design_fixed_order(problem: ControlProblem, options: FixedOrderOptions) -> D
     """
     if problem.mass.is_fixed:  # mu of a known mass is its worst case
         options = replace(options, uncertainty="real")
-    scaled, scaling = scale_problem(with_bandwidth(problem))
+    raised = raise_slow_poles(with_bandwidth(problem))
+    scaled, scaling = scale_problem(raised.problem)
     best = search_order(scaled, options)
+    controller = raised.lowered(scaling.controller(best.controller.controller()))
     statistics = {"cone_programs": float(best.solves), "scaled_level": best.level}
     if best.level > 1.0:
         sentence = (
             f"the best controller of order {options.order} found reaches {best.level:.4g}, above the level 1 asked for"
         )
-        controller = scaling.controller(best.controller.controller())
         return Design(controller, Status.NOT_ACHIEVED, sentence, best.level, statistics)
     if options.minimise == "ks_peak":
-        least = _search_least_current(scale_problem(problem)[0], best, options)
+        own = scale_problem(raise_slow_poles(problem).problem)[0]
+        least = _search_least_current(own, best, options)
         statistics["cone_programs"] += float(least.solves)
         return Design(
-            scaling.controller(least.controller.controller()),
+            raised.lowered(scaling.controller(least.controller.controller())),
             Status.OK,
             level=least.level * scaling.gain_a_per_m,
             statistics=statistics,
         )
-    return Design(scaling.controller(best.controller.controller()), Status.OK, "", best.level, statistics)
+    return Design(controller, Status.OK, "", best.level, statistics)
 
 
 def search_order(scaled: ControlProblem, options: FixedOrderOptions) -> Descended[LagRatio]:

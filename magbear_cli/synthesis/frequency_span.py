@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from magbear_cli.lti.resonance import resonance_frequencies
 from magbear_cli.model.problem import ControlProblem
 
 # Without a bandwidth limit more gain always helps; the design then rolls off as if omega_c were this many times the
@@ -17,10 +18,11 @@ FASTEST_POLE = 30.0  # times the fastest mark: what the sum of a searched contro
 
 @dataclass(frozen=True)
 class FrequencySpan:
-    """The slowest and the fastest frequency that shape the problem, in its own units."""
+    """The slowest and the fastest frequency that shape the problem, in its own units, and those near its resonances."""
 
     slow: float
     fast: float
+    resonances: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
 
     @property
     def fastest_pole(self) -> float:
@@ -28,9 +30,9 @@ class FrequencySpan:
         return FASTEST_POLE * self.fast
 
     def grid(self, points: int, *, margin: float = 100.0) -> NDArray[np.float64]:
-        """0, a logarithmic grid that reaches beyond both ends by the margin, and ∞."""
+        """0, a logarithmic grid that reaches beyond both ends by the margin, points near resonances, and ∞."""
         inner = np.geomspace(self.slow / margin, self.fast * margin, points)
-        return np.concatenate([[0.0], inner, [np.inf]])
+        return np.concatenate([[0.0], np.union1d(inner, self.resonances), [np.inf]])
 
 
 def with_bandwidth(problem: ControlProblem) -> ControlProblem:
@@ -47,4 +49,6 @@ def frequency_span(problem: ControlProblem) -> FrequencySpan:
     marks = np.abs(np.concatenate([problem.performance.poles_rad_s, [problem.natural_rad_s]]))
     marks = marks[marks > 0]
     fast = max(problem.omega_c_rad_s or 0.0, float(marks.max()))
-    return FrequencySpan(float(marks.min()), fast)
+    weight = problem.performance
+    resonances = resonance_frequencies(np.concatenate([weight.poles_rad_s, np.roots(weight.num)]))
+    return FrequencySpan(float(marks.min()), fast, resonances)

@@ -28,6 +28,7 @@ from magbear_cli.model.impossibility_certificate import (
 from magbear_cli.model.problem import ControlProblem, RationalWeight
 from magbear_cli.model.scaling import scale_problem
 from magbear_cli.synthesis.frequency_span import FrequencySpan, frequency_span
+from magbear_cli.synthesis.near_integrator import raise_slow_poles
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -75,7 +76,8 @@ def find_impossibility(
     options = options or ImpossibilityOptions()
     if without_certificate(problem):
         return ImpossibilitySearch(None)
-    scaled, scaling = scale_problem(problem)
+    # A proof for the weight with its slowest poles raised, which is nowhere larger, is one for the weight itself.
+    scaled, scaling = scale_problem(raise_slow_poles(problem).problem)
     search = _Search.of(scaled, level, options.lags_per_decade)
     try:
         found = search.run(options.rounds)
@@ -128,8 +130,8 @@ class _Search:
         core = np.geomspace(slow / _BEYOND_CORE, fast * _BEYOND_CORE, _CORE)
         low = np.geomspace(slow / _BEYOND, slow / _BEYOND_CORE, _TAIL)
         high = np.geomspace(fast * _BEYOND_CORE, fast * _BEYOND, _TAIL)
-        omega = np.unique(np.concatenate([low, core, high]))
-        dense = np.geomspace(slow / _BEYOND, fast * _BEYOND, _DENSE)
+        omega = np.unique(np.concatenate([low, core, high, self.span.resonances]))
+        dense = np.union1d(np.geomspace(slow / _BEYOND, fast * _BEYOND, _DENSE), self.span.resonances)
         # Below the fast end R and P k_z follow √(1 + ω²) and its inverse; beyond it R levels off and P falls like 1/ω².
         p_unit = 1.0 / np.sqrt((1.0 + omega**2) * (1.0 + (omega / fast) ** 2))
         r_unit = (1.0 + omega**2) * p_unit

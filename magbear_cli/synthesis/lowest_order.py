@@ -19,6 +19,7 @@ from magbear_cli.synthesis.design import Design
 from magbear_cli.synthesis.exact_mass import ExactMassOptions, design_exact_mass, exact_level
 from magbear_cli.synthesis.fixed_order import FixedOrderOptions, design_fixed_order, search_orders
 from magbear_cli.synthesis.frequency_span import with_bandwidth
+from magbear_cli.synthesis.near_integrator import raise_slow_poles
 from magbear_cli.synthesis.stabilisation import stabilises
 
 MET = 0.9996  # the level that meets the specification, less what a proof between the frequencies needs
@@ -40,8 +41,8 @@ def design_lowest_order(problem: ControlProblem, options: FixedOrderOptions, max
     """
     if problem.mass.is_fixed:  # mu of a known mass is its worst case
         options = replace(options, uncertainty="real")
-    limited = with_bandwidth(problem)
-    scaled, scaling = scale_problem(limited)
+    raised = raise_slow_poles(with_bandwidth(problem))
+    scaled, scaling = scale_problem(raised.problem)
     reductions = _Reductions(scaled)
     best: _Candidate | None = None
     statistics: dict[str, float] = {}
@@ -59,12 +60,12 @@ def design_lowest_order(problem: ControlProblem, options: FixedOrderOptions, max
         if options.minimise == "ks_peak" and direct.level <= MET:
             least = design_fixed_order(problem, replace(options, order=order))
             return replace(least, statistics={**least.statistics, **statistics})
-        return Design(scaling.controller(best.controller), Status.OK, "", best.level, statistics)
+        return Design(raised.lowered(scaling.controller(best.controller)), Status.OK, "", best.level, statistics)
     if best is None:
         raise NumericsError("no order was asked for")
     sentence = f"no controller of order 1 to {max_order} was found that meets the specification"
     return Design(
-        scaling.controller(best.controller),
+        raised.lowered(scaling.controller(best.controller)),
         Status.NOT_ACHIEVED,
         f"{sentence}; the best, of order {best.controller.order}, reaches {best.level:.4g}",
         best.level,

@@ -26,6 +26,7 @@ from magbear_cli.synthesis.dq_iteration import iterate_dq
 from magbear_cli.synthesis.exact_mass import ExactMassOptions, design_exact_mass
 from magbear_cli.synthesis.fixed_order import FixedOrderOptions, search_order
 from magbear_cli.synthesis.frequency_span import frequency_span, with_bandwidth
+from magbear_cli.synthesis.near_integrator import raise_slow_poles
 from magbear_cli.synthesis.stabilisation import stabilises
 
 REDUCTION_LOSS = 0.003  # of the level: the price of a simpler controller that nobody will notice
@@ -55,7 +56,8 @@ def design_mu_convex(problem: ControlProblem, options: MuConvexOptions) -> Desig
         return _least_level(problem, options)
     if problem.mass.is_fixed:  # mu of a known mass is its worst case
         options = replace(options, uncertainty="real")
-    scaled, scaling = scale_problem(problem)
+    raised = raise_slow_poles(problem)
+    scaled, scaling = scale_problem(raised.problem)
     prefilter = options.step_prefilter
     if prefilter is not None:
         prefilter = replace(prefilter, omega_rad_s=prefilter.omega_rad_s / scaling.omega_rad_s)
@@ -65,7 +67,9 @@ def design_mu_convex(problem: ControlProblem, options: MuConvexOptions) -> Desig
     if lead.level > AIM:
         best = _least_level(scaled, options)
         if best.controller is None or best.level > AIM:
-            return _without_room(best, wish, scaled, scaling)
+            found = _without_room(best, wish, scaled, scaling)
+            lowered = None if found.controller is None else raised.lowered(found.controller)
+            return replace(found, controller=lowered)
         start = KnownController(best.controller)
     least = find_least_current(scaled, options.uncertainty, wish, start, options.max_order)
     statistics = {
@@ -81,7 +85,7 @@ def design_mu_convex(problem: ControlProblem, options: MuConvexOptions) -> Desig
         status = Status.NOT_ACHIEVED
         sentence = f"no controller of at most {options.max_order} states was found that meets the specification"
     current = least.current * scaling.gain_a_per_m
-    return Design(scaling.controller(least.controller), status, sentence, current, statistics)
+    return Design(raised.lowered(scaling.controller(least.controller)), status, sentence, current, statistics)
 
 
 def _without_room(best: Design, wish: CurrentWish, scaled: ControlProblem, scaling: Scaling) -> Design:
@@ -100,7 +104,8 @@ def _least_level(problem: ControlProblem, options: MuConvexOptions) -> Design:
     """The least worst case over the real mass range, or the least peak mu with complex blocks."""
     if options.uncertainty == "real":
         return design_exact_mass(problem, ExactMassOptions(max_order=options.max_order))
-    scaled, scaling = scale_problem(with_bandwidth(problem))
+    raised = raise_slow_poles(with_bandwidth(problem))
+    scaled, scaling = scale_problem(raised.problem)
     start = search_order(scaled, FixedOrderOptions(order=1, uncertainty="complex"))
     optimum = iterate_dq(scaled, start.controller)
     full = optimum.controller.controller()
@@ -114,7 +119,7 @@ def _least_level(problem: ControlProblem, options: MuConvexOptions) -> Design:
     if level > 1.0:
         status = Status.NOT_ACHIEVED
         sentence = f"the least peak mu found over controllers of any order is {optimum.level:.4g}, above 1"
-    return Design(scaling.controller(controller), status, sentence, level, statistics)
+    return Design(raised.lowered(scaling.controller(controller)), status, sentence, level, statistics)
 
 
 def _simplest(scaled: ControlProblem, full: StateSpace, level: float, max_order: int) -> tuple[StateSpace, float]:

@@ -125,3 +125,20 @@ def test_the_performance_bound_has_its_limit(
     """|W1(∞)| is zero, the ratio of leading coefficients, or infinite."""
     problem = ControlProblem(1.0, 1.0, quickstart.mass, RationalWeight(num, den))
     assert performance_at_infinity(problem) == limit
+
+
+@pytest.mark.parametrize("damping", [1e-3, 1e-4, 1e-5])
+def test_a_narrow_peak_of_the_weight_is_not_stepped_over(damping: float) -> None:
+    """Unbalance at 300 rad/s: the worst case is that of a grid about the peak as dense as the peak is narrow."""
+    omega_0 = 300.0
+    num = np.polymul([0.5, 50.0], [1.0, 2 * omega_0, omega_0**2])
+    den = np.polymul([1.0, 0.05], [1.0, 2 * damping * omega_0, omega_0**2])
+    weight = RationalWeight(tuple(map(float, num)), tuple(map(float, den)))
+    problem = ControlProblem(62_500.0, 50.0, MassRange(3.0, 4.5), weight, 20_000.0)
+    lead = from_transfer_function([-6.0e6, -1.0e9], [1.0, 17_000.0])
+    found = worst_case(problem, lead)
+    omega = omega_0 * (1.0 + damping * np.linspace(-40.0, 40.0, 400_001))
+    response = -(6.0e6j * omega + 1.0e9) / (1j * omega + 17_000.0)
+    dense = worst_case_over_mass(problem, response.astype(complex), omega)[0]
+    assert found.level == pytest.approx(float(dense.max()), rel=1e-6)
+    assert abs(found.omega_rad_s / omega_0 - 1.0) < damping

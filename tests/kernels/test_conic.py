@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from magbear_cli.errors import NumericsError
-from magbear_cli.kernels.conic import Cone, solve_cone_program
+from magbear_cli.kernels.conic import LARGEST_VIOLATION, Cone, ConicAnswer, _violation, solve_cone_program
 
 
 @given(seed=st.integers(0, 10_000), size=st.integers(2, 6))
@@ -74,3 +74,23 @@ def test_a_panic_of_the_solver_becomes_a_sentence(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setitem(sys.modules, "clarabel", fake)
     with pytest.raises(NumericsError, match="broke down"):
         solve_cone_program(np.array([1.0]), np.array([[-1.0]]), np.array([-2.0]), [(Cone.NONNEGATIVE, 1)])
+
+
+def test_an_answer_that_misses_its_constraints_does_not_count() -> None:
+    """Whatever the solver says, a point that breaks a cone by more than the stated bound is no answer."""
+    x = np.zeros(1)
+    assert ConicAnswer(x, x, 0.0, "almostsolved", LARGEST_VIOLATION).is_solved
+    assert not ConicAnswer(x, x, 0.0, "almostsolved", 2.0 * LARGEST_VIOLATION).is_solved
+    assert not ConicAnswer(x, x, 0.0, "solved", float("inf")).is_solved
+    assert not ConicAnswer(x, x, 0.0, "solved", float("nan")).is_solved
+
+
+def test_the_violation_of_a_matrix_cone_is_its_negative_eigenvalue() -> None:
+    """[[1, 3], [3, 1]] has the eigenvalue −2; a positive definite matrix misses nothing."""
+    root = np.sqrt(2.0)
+    cones = [(Cone.POSITIVE_SEMIDEFINITE, 2)]
+    assert _violation(np.array([1.0, 3.0 * root, 1.0]), cones) == pytest.approx(2.0)
+    assert _violation(np.array([2.0, root, 2.0]), cones) == 0.0
+    three = np.array([[4.0, 1.0, -7.0], [1.0, 5.0, 2.0], [-7.0, 2.0, 6.0]])
+    packed = np.array([4.0, root, 5.0, -7.0 * root, 2.0 * root, 6.0])
+    assert _violation(packed, [(Cone.POSITIVE_SEMIDEFINITE, 3)]) == pytest.approx(-np.linalg.eigvalsh(three)[0])
