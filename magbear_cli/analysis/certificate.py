@@ -2,7 +2,8 @@
 
 The certificate's functions G_X, G_Y prove that every linear time-invariant controller's worst case is above the level g
 (decision 0010) if at every ω there are P, R ≥ 0 with |G_X − g P| < |W3| P, |G_Y + g R| < |W1| R and
-q_low ≤ R/P ≤ q_high, the ends of (m ω² + k_z)/k_z over the range, of the mass or of the stiffness. With X = |G_X|²,
+q_low ≤ R/P ≤ q_high, the ends of (m ω² + k_z)/k_0 over the range, of the mass or of the stiffness; k_0 is the nominal
+stiffness, and P carries the unit 1/k_0 where k_z is uncertain too. With X = |G_X|²,
 u = Re G_X, v = Im G_X, D_X = |W3|² X − g² v² > 0 and B± = g u ± √D_X, B+ > 0, the first says X/B+ < P < X/B− (no upper
 bound where B− ≤ 0). The second alike, with −G_Y, W1 and A±. The two intervals of R/P meet if
 |G_Y|² B− < q_high |G_X|² A+ and q_low |G_X|² A− < |G_Y|² B+.
