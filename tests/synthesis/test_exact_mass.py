@@ -7,12 +7,14 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from magbear_cli.analysis.gridless import prove_level
 from magbear_cli.errors import NumericsError, Status
 from magbear_cli.lti.frequency import frequency_response
 from magbear_cli.model.problem import ControlProblem, MassRange, RationalWeight
 from magbear_cli.model.robust_performance import worst_case_over_mass
 from magbear_cli.model.scaling import Scaling, scale_problem
 from magbear_cli.synthesis.exact_mass import ExactMassOptions, design_exact_mass, exact_level
+from magbear_cli.synthesis.fixed_order import FixedOrderOptions, design_fixed_order
 from magbear_cli.synthesis.stabilisation import stabilises
 
 ProblemMaker = Callable[[float, float, float | None], ControlProblem]
@@ -97,3 +99,23 @@ def test_options_without_meaning_are_refused(options: dict[str, float]) -> None:
     """A controller has at least two states, and a loss is a part of the level."""
     with pytest.raises(NumericsError):
         ExactMassOptions(**options)  # type: ignore[arg-type]  # the wrong values are the point
+
+
+@pytest.mark.parametrize("damping", [1e-3, 1e-5])
+def test_a_narrow_peak_of_the_weight_is_designed_for(damping: float) -> None:
+    """Unbalance at 300 rad/s: the level that a design believes is within 1 % of the true one, and near that without the peak."""
+    omega_0 = 300.0
+    num = np.polymul([0.5, 50.0], [1.0, 2 * 20.0 * damping * omega_0, omega_0**2])
+    den = np.polymul([1.0, 0.05], [1.0, 2 * damping * omega_0, omega_0**2])
+    weight = RationalWeight(tuple(map(float, num)), tuple(map(float, den)))
+    problem = ControlProblem(62_500.0, 50.0, MassRange(3.0, 4.5), weight, 20_000.0)
+    for design, least in (
+        (design_exact_mass(problem, ExactMassOptions()), 0.53),
+        (design_fixed_order(problem, FixedOrderOptions(4)), 0.65),
+    ):
+        assert design.controller is not None
+        assert design.level < least
+        omega = omega_0 * (1.0 + damping * np.linspace(-40.0, 40.0, 20_001))
+        response = frequency_response(design.controller, omega)[:, 0, 0]
+        assert worst_case_over_mass(problem, response, omega)[0].max() < design.level * 1.01
+        assert prove_level(problem, design.controller, design.level * 1.01).proved
