@@ -103,7 +103,7 @@ def test_options_without_meaning_are_refused(options: dict[str, float]) -> None:
 
 @pytest.mark.parametrize("damping", [1e-3, 1e-5])
 def test_a_narrow_peak_of_the_weight_is_designed_for(damping: float) -> None:
-    """Unbalance at 300 rad/s: the level that a design believes is within 1 % of the true one, and near that without the peak."""
+    """Unbalance at 300 rad/s: the level that a design believes is true within 1 %, and near that without the peak."""
     omega_0 = 300.0
     num = np.polymul([0.5, 50.0], [1.0, 2 * 20.0 * damping * omega_0, omega_0**2])
     den = np.polymul([1.0, 0.05], [1.0, 2 * damping * omega_0, omega_0**2])

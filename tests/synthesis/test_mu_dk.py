@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import json
+import os
+import subprocess
+import sys
 from collections.abc import Callable
 
 import numpy as np
@@ -122,3 +126,36 @@ def test_refuses_what_it_cannot_iterate_with(thrust_problem: Maker) -> None:
     design = design_mu_dk(thrust_problem(2.0, 2.0, None))
     assert design.status is Status.FAILED
     assert "control" in design.sentence
+
+
+KERNEL_PROGRAM = """
+import json
+from magbear_cli.model.problem import ControlProblem, MassRange, RationalWeight
+from magbear_cli.synthesis.mu_dk import MuDkOptions, design_mu_dk
+import threadpoolctl
+problem = ControlProblem(62_500.0, 50.0, MassRange(3.0, 4.5), RationalWeight.low_pass(10.0, 200.0))
+options = MuDkOptions(
+    d_order=5, iterations=1, gamma_tolerance=0.01, frequency_grid=(10.0, 1e4, 50), channel_scaling=False,
+    fit_every_scale=True,
+)
+design = design_mu_dk(problem, options)
+kernels = {found["architecture"] for found in threadpoolctl.threadpool_info() if "architecture" in found}
+print(json.dumps([sorted(kernels), design.status, design.level]))
+"""
+
+
+def test_the_verdict_does_not_depend_on_the_kernel_of_the_linear_algebra() -> None:
+    """The thesis's procedure in its own units, whose matrices are ill conditioned, under two kernels of OpenBLAS."""
+    answers: dict[str, tuple[str, float]] = {}
+    for kernel in ("Haswell", "Nehalem"):
+        environment = {**os.environ, "OPENBLAS_CORETYPE": kernel, "OPENBLAS_NUM_THREADS": "1"}
+        command = [sys.executable, "-c", KERNEL_PROGRAM]
+        done = subprocess.run(command, capture_output=True, text=True, env=environment, check=True)
+        used, status, level = json.loads(done.stdout)
+        answers["+".join(used)] = (status, level)
+    if len(answers) < 2:
+        pytest.skip("this processor or this OpenBLAS runs one kernel only")
+    (first, first_level), (second, second_level) = answers.values()
+    assert first == second
+    assert first_level == pytest.approx(second_level, rel=2e-3)
+    assert first_level < 1.0
