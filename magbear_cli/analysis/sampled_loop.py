@@ -64,6 +64,8 @@ class SampledLoop:
         corners = [self.problem.natural_rad_s, *np.abs(weight.poles_rad_s)]
         corners += [abs(root) for roots in own[1::2] for root in roots]
         discrete = 1.0 + period * np.concatenate([np.zeros(0), *own])
+        closed = [sampled_poles(self, mass) for mass in self.problem.end_masses_kg]
+        discrete = np.concatenate([discrete, *closed])
         continuous = np.log(discrete[np.abs(discrete) > 0].astype(complex)) / period
         near = resonance_frequencies(np.concatenate([weight.poles_rad_s, np.roots(weight.num), continuous]))
         low = _SLOWEST * min((corner for corner in corners if corner > 0.0), default=1.0)

@@ -15,10 +15,16 @@ def resonance_frequencies(roots_rad_s: ArrayLike) -> NDArray[np.float64]:
     Never at the resonance itself: an undamped pole has no response there. Roots (n,) are poles or zeros, of either sign
     of the imaginary part.
     """
-    roots = np.asarray(roots_rad_s, dtype=complex)
-    light = roots[(np.abs(roots.real) < _LIGHT_DAMPING * np.abs(roots)) & (roots.imag > 0)]
+    light = lightly_damped(roots_rad_s)
     steps = np.geomspace(0.1, 30.0, 16)
     steps = np.concatenate([-steps[::-1], steps])
     width = np.maximum(np.abs(light.real), _NARROWEST * np.abs(light))
     points = (light.imag[:, None] + width[:, None] * steps).ravel()
     return np.asarray(points[points > 0], dtype=float)
+
+
+def lightly_damped(roots_rad_s: ArrayLike) -> NDArray[np.complex128]:
+    """The roots (k,) of positive imaginary part that make a peak or a dip too narrow for a logarithmic grid."""
+    roots = np.asarray(roots_rad_s, dtype=complex)
+    light = (np.abs(roots.real) < _LIGHT_DAMPING * np.abs(roots)) & (roots.imag > 0)
+    return np.asarray(roots[light], dtype=complex)

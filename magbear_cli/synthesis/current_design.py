@@ -25,7 +25,7 @@ from magbear_cli.synthesis.current_bound import least_peak_bound
 from magbear_cli.synthesis.current_search import MET, Candidate, CurrentSearch
 from magbear_cli.synthesis.current_wish import CurrentWish
 from magbear_cli.synthesis.descent import Responds
-from magbear_cli.synthesis.exact_mass import exact_level
+from magbear_cli.synthesis.exact_level import exact_level
 from magbear_cli.synthesis.frequency_span import FrequencySpan, frequency_span, with_bandwidth
 from magbear_cli.synthesis.peak import refined_peak
 from magbear_cli.synthesis.pole_fit import fit_poles

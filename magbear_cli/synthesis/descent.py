@@ -48,18 +48,24 @@ class Descended(Generic[Form]):
     solves: int
 
 
+def _no_resonances(_: Responds) -> Floats:
+    return np.empty(0)
+
+
 @dataclass(frozen=True)
 class Descent(Generic[Form]):
     """What is minimised, and how a better controller is proposed.
 
     ``measure`` (controller, frequencies) gives the level at each frequency; ``propose`` (controller, frequencies,
     level) gives another controller and its margin, negative when none near the present one reaches the level;
-    ``admits`` (controller) says whether it stabilises the loop, which no level on a grid can tell.
+    ``admits`` (controller) says whether it stabilises the loop, which no level on a grid can tell; ``resonances``
+    (controller) gives the frequencies at which it is judged beside the dense grid, where it may be lightly damped.
     """
 
     measure: Callable[[Form, Floats], Floats]
     propose: Callable[[Form, Floats, float], tuple[Form, float]]
     admits: Callable[[Form], bool]
+    resonances: Callable[[Form], Floats] = _no_resonances
     precision: float = 3e-4
     most_solves: int = 150
 
@@ -70,7 +76,7 @@ class Descent(Generic[Form]):
         constraints (exchange), or the step is halved.
         """
         controller, coarse, solves = start, grids.coarse, 0
-        level = float(self.measure(controller, grids.dense).max())
+        level = float(self.measure(controller, self._judged(controller, grids.dense)).max())
         step, most_points = 0.2, coarse.size + 60
         while step > self.precision and solves < self.most_solves:
             solves += 1
@@ -81,12 +87,16 @@ class Descent(Generic[Form]):
             if margin < 0.0:
                 step /= 2.0
                 continue
-            reached = self.measure(candidate, grids.dense)
+            judged = self._judged(candidate, grids.dense)
+            reached = self.measure(candidate, judged)
             peak = int(np.argmax(reached))
             if reached[peak] < level * (1.0 - 0.1 * step) and self.admits(candidate):
                 controller, level, step = candidate, float(reached[peak]), min(2.0 * step, 0.3)
-            elif grids.dense[peak] not in coarse and coarse.size < most_points:
-                coarse = np.union1d(coarse, grids.dense[peak])
+            elif judged[peak] not in coarse and coarse.size < most_points:
+                coarse = np.union1d(coarse, judged[peak])
             else:
                 step /= 2.0
         return Descended(controller, level, solves)
+
+    def _judged(self, controller: Form, dense: Floats) -> Floats:
+        return np.union1d(dense, self.resonances(controller))

@@ -19,7 +19,7 @@ from magbear_cli.model.robust_performance import interconnection, open_interconn
 from magbear_cli.synthesis.descent import Descended, Descent, Grids, Responds
 from magbear_cli.synthesis.frequency_span import frequency_span
 from magbear_cli.synthesis.parrott import held_scales, level_discs
-from magbear_cli.synthesis.stabilisation import stabilises
+from magbear_cli.synthesis.stabilisation import loop_resonances, stabilises
 from magbear_cli.synthesis.youla import YoulaController
 
 Floats = NDArray[np.float64]
@@ -44,7 +44,10 @@ def iterate_dq(scaled: ControlProblem, start: Responds) -> Descended[Responds]:
     def propose(controller: Responds, omega: Floats, target: float) -> tuple[Responds, float]:
         return widest_margin(scaled, controller, form, omega, target)
 
-    descent = Descent(measure, propose, lambda controller: stabilises(scaled, controller.controller()))
+    def resonances(controller: Responds) -> Floats:
+        return loop_resonances(scaled, controller.controller())
+
+    descent = Descent(measure, propose, lambda controller: stabilises(scaled, controller.controller()), resonances)
     return descent.run(start, Grids(span.grid(100), span.grid(900, margin=1e4)))
 
 

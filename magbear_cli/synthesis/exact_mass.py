@@ -13,20 +13,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magbear_cli.errors import NumericsError, Status
-from magbear_cli.lti.frequency import frequency_response
-from magbear_cli.lti.resonance import resonance_frequencies
-from magbear_cli.lti.state_space import StateSpace
 from magbear_cli.model.problem import ControlProblem
 from magbear_cli.model.robust_performance import worst_case_over_mass
 from magbear_cli.model.scaling import scale_problem
 from magbear_cli.synthesis.design import Design
+from magbear_cli.synthesis.exact_level import DENSE, exact_level
 from magbear_cli.synthesis.fixed_order import best_lead
 from magbear_cli.synthesis.frequency_span import UNLIMITED_BANDWIDTH, FrequencySpan, frequency_span, with_bandwidth
 from magbear_cli.synthesis.half_plane_program import HalfPlaneProgram, Ratio
 from magbear_cli.synthesis.lag_chain import ChainRatio
 from magbear_cli.synthesis.lag_ratio import LagRatio
 from magbear_cli.synthesis.near_integrator import raise_slow_poles
-from magbear_cli.synthesis.peak import local_maxima, refined_peak
+from magbear_cli.synthesis.peak import local_maxima
 from magbear_cli.synthesis.stabilisation import stabilises
 
 Floats = NDArray[np.float64]
@@ -39,7 +37,7 @@ _STEP = 2e-4  # of the level: an iteration that gains less is the last
 _ROUGH_STEP = 5e-3  # the same for a level that only tells where to go next
 _EXCHANGE = 3e-4  # of the level: a peak between grid points that is higher than this joins the grid
 _FREE, _HELD = 7, 8  # most iterations with θ = 1, then with the present directions
-_GRID, _DENSE = 90, 1200
+_GRID = 90
 _MET = 0.9996  # the level that meets the specification, less what a proof needs
 
 
@@ -171,20 +169,6 @@ def _simplest(scaled: ControlProblem, found: Sequence[_Descent], loss: float) ->
     return min((d for d in kept if d.level <= enough), key=lambda d: d.ratio.poles.size)
 
 
-def exact_level(problem: ControlProblem, controller: StateSpace) -> float:
-    """The worst case over the mass range and all frequencies, from the controller's matrices; every peak is refined."""
-    span = frequency_span(problem)
-    grid = span.grid(_DENSE, margin=1e4)
-    corners = np.abs(np.concatenate([problem.performance.poles_rad_s, controller.poles()]))
-    local = np.multiply.outer(corners[corners > 0], np.geomspace(0.7, 1.4, 41)).ravel()
-    grid = np.unique(np.concatenate([grid, local, resonance_frequencies(controller.poles())]))
-
-    def level(omega: Floats) -> Floats:
-        return worst_case_over_mass(problem, frequency_response(controller, omega)[:, 0, 0], omega)[0]
-
-    return refined_peak(level, grid)[0]
-
-
 @dataclass(frozen=True, eq=False)
 class _Descent:
     """Where the iteration over one set of lags ended."""
@@ -219,7 +203,7 @@ class _Start:
 def _descents(scaled: ControlProblem, options: ExactMassOptions, start: _Start) -> Iterator[_Descent]:
     """The optimum over the most lags; then over fewer and fewer, from its directions, until the level suffers."""
     span = frequency_span(scaled)
-    level = start.level(scaled, span.grid(_DENSE, margin=1e4))
+    level = start.level(scaled, span.grid(DENSE, margin=1e4))
     program = HalfPlaneProgram(scaled, _lags(span, options.max_order), float(np.sqrt(span.fast)), start.lead)
     free_steps = _FREE if start.near is None else 0
     optimum = _descend(program, start.present, level, span.grid(_GRID), free_steps=free_steps, rough=start.rough)
@@ -250,7 +234,7 @@ def _descend(
     NumericsError
         when no step gave a controller that stabilises every mass.
     """
-    dense = frequency_span(program.scaled).grid(_DENSE, margin=1e4)
+    dense = frequency_span(program.scaled).grid(DENSE, margin=1e4)
     best: ChainRatio | None = None
     target, solves = level, 0
     for turn in range(free_steps + _HELD):

@@ -16,6 +16,7 @@ from magbear_cli.model.robust_performance import worst_case_over_mass
 from magbear_cli.model.scaling import scale_problem
 from magbear_cli.synthesis.descent import Descended, Descent, Grids
 from magbear_cli.synthesis.design import Design
+from magbear_cli.synthesis.exact_level import exact_level
 from magbear_cli.synthesis.frequency_span import FrequencySpan, frequency_span, with_bandwidth
 from magbear_cli.synthesis.half_plane import (
     complex_mu_level,
@@ -27,9 +28,11 @@ from magbear_cli.synthesis.half_plane import (
 from magbear_cli.synthesis.lag_ratio import LagRatio
 from magbear_cli.synthesis.least_current import least_current_descent
 from magbear_cli.synthesis.near_integrator import raise_slow_poles
-from magbear_cli.synthesis.stabilisation import stabilises
+from magbear_cli.synthesis.stabilisation import loop_resonances, stabilises
 
 _TOO_NEAR = 0.1  # of the logarithm: two lags so close are one
+_FASTEST_LAG = 3.0  # times the fastest mark
+_AROUND_RESONANCE = (0.3, 1.0, 3.0)  # of a resonance of the weight: lags that may shape K across it
 
 
 @dataclass(frozen=True)
@@ -53,10 +56,13 @@ def design_fixed_order(problem: ControlProblem, options: FixedOrderOptions) -> D
     """
     if problem.mass.is_fixed:  # mu of a known mass is its worst case
         options = replace(options, uncertainty="real")
-    raised = raise_slow_poles(with_bandwidth(problem))
+    limited = with_bandwidth(problem)
+    raised = raise_slow_poles(limited)
     scaled, scaling = scale_problem(raised.problem)
     best = search_order(scaled, options)
     controller = raised.lowered(scaling.controller(best.controller.controller()))
+    if raised.problem is not limited and options.uncertainty == "real":  # the weight that was asked for decides
+        best = replace(best, level=exact_level(limited, controller))
     statistics = {"cone_programs": float(best.solves), "scaled_level": best.level}
     if best.level > 1.0:
         sentence = (
@@ -88,8 +94,15 @@ def search_orders(scaled: ControlProblem, options: FixedOrderOptions) -> Iterato
     descent = ratio_descent(scaled, options.uncertainty)
     best = descent.run(best_lead(scaled), grids)
     while True:
-        yield best
+        yield _recomputed(scaled, best, options)
         best = _grow(best, best.controller.poles.size + 1, descent, grids, span)
+
+
+def _recomputed(scaled: ControlProblem, best: Descended[LagRatio], options: FixedOrderOptions) -> Descended[LagRatio]:
+    """The same controller with the level of its matrices, peaks between the frequencies of the descent included."""
+    if options.uncertainty == "complex":
+        return best
+    return replace(best, level=max(best.level, exact_level(scaled, best.controller.controller())))
 
 
 def _search_least_current(
@@ -117,7 +130,7 @@ def _grow(
     """One lag more at a time, each time descending from several places for it."""
     solves = best.solves
     for _ in range(best.controller.poles.size, order):
-        lags = _new_lags(best.controller.poles, span.slow, 3.0 * span.fast)
+        lags = _new_lags(best.controller.poles, span)
         trials = [descent.run(best.controller.with_lag(lag), grids) for lag in lags]
         solves += sum(trial.solves for trial in trials)
         best = min(trials, key=lambda trial: trial.level)
@@ -135,17 +148,29 @@ def ratio_descent(scaled: ControlProblem, uncertainty: Literal["real", "complex"
     def propose(ratio: LagRatio, omega: NDArray[np.float64], target: float) -> tuple[LagRatio, float]:
         return widest_margin(rows(scaled, ratio, omega, target), ratio, span.fastest_pole)
 
-    return Descent(measure, propose, lambda ratio: stabilises(scaled, ratio.controller()))
+    def resonances(ratio: LagRatio) -> NDArray[np.float64]:
+        return loop_resonances(scaled, ratio.controller())
+
+    return Descent(measure, propose, lambda ratio: stabilises(scaled, ratio.controller()), resonances)
 
 
-def _new_lags(present: NDArray[np.float64], slow: float, fast: float) -> list[float]:
-    """Lags spread over the span, none on top of one that is there; where all are, the one with the most room."""
-    candidates = np.geomspace(slow, fast, 4)
-    distance = _distance(candidates, present)
-    if (distance <= _TOO_NEAR).all():
-        candidates = np.geomspace(slow, fast, 8 * (present.size + 1))
-        return [float(candidates[_distance(candidates, present).argmax()])]
-    return [float(pole) for pole, gap in zip(candidates, distance, strict=True) if gap > _TOO_NEAR]
+def _new_lags(present: NDArray[np.float64], span: FrequencySpan) -> list[float]:
+    """Lags spread over the span and around the weight's resonances, none on top of one that is there.
+
+    Where all are there, the one with the most room.
+    """
+    slow, fast = span.slow, _FASTEST_LAG * span.fast
+    spread = np.geomspace(slow, fast, 4)
+    candidates = np.concatenate([spread, np.outer(span.weight_resonances, _AROUND_RESONANCE).ravel()])
+    lags: list[float] = []
+    for candidate in candidates:
+        others = np.concatenate([present, lags])
+        if _distance(np.array([candidate]), others)[0] > _TOO_NEAR:
+            lags.append(float(candidate))
+    if lags:
+        return lags
+    candidates = np.geomspace(slow, fast, 8 * (present.size + 1))
+    return [float(candidates[_distance(candidates, present).argmax()])]
 
 
 def _distance(candidates: NDArray[np.float64], present: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from magbear_cli.lti.resonance import resonance_frequencies
+from magbear_cli.lti.resonance import lightly_damped, resonance_frequencies
 from magbear_cli.model.problem import ControlProblem
 
 # Without a bandwidth limit more gain always helps; the design then rolls off as if omega_c were this many times the
@@ -23,6 +23,7 @@ class FrequencySpan:
     slow: float
     fast: float
     resonances: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
+    weight_resonances: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))  # of its light roots themselves
 
     @property
     def fastest_pole(self) -> float:
@@ -50,5 +51,6 @@ def frequency_span(problem: ControlProblem) -> FrequencySpan:
     marks = marks[marks > 0]
     fast = max(problem.omega_c_rad_s or 0.0, float(marks.max()))
     weight = problem.performance
-    resonances = resonance_frequencies(np.concatenate([weight.poles_rad_s, np.roots(weight.num)]))
-    return FrequencySpan(float(marks.min()), fast, resonances)
+    roots = np.concatenate([weight.poles_rad_s, np.roots(weight.num)])
+    own = np.unique(np.abs(lightly_damped(roots)))
+    return FrequencySpan(float(marks.min()), fast, resonance_frequencies(roots), own)

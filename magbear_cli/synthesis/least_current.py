@@ -21,7 +21,7 @@ from magbear_cli.synthesis.half_plane import (
     widest_margin,
 )
 from magbear_cli.synthesis.lag_ratio import LagRatio
-from magbear_cli.synthesis.stabilisation import stabilises
+from magbear_cli.synthesis.stabilisation import loop_resonances, stabilises
 
 Floats = NDArray[np.float64]
 
@@ -46,4 +46,7 @@ def least_current_descent(scaled: ControlProblem, uncertainty: Literal["real", "
         conditions = both(rows(scaled, ratio, omega, SPECIFICATION), control_rows(scaled, ratio, omega, target))
         return widest_margin(conditions, ratio, span.fastest_pole)
 
-    return Descent(measure, propose, lambda ratio: stabilises(scaled, ratio.controller()))
+    def resonances(ratio: LagRatio) -> Floats:
+        return loop_resonances(scaled, ratio.controller())
+
+    return Descent(measure, propose, lambda ratio: stabilises(scaled, ratio.controller()), resonances)

@@ -16,7 +16,8 @@ from magbear_cli.lti.state_space import StateSpace
 from magbear_cli.model.problem import ControlProblem
 from magbear_cli.model.scaling import scale_problem
 from magbear_cli.synthesis.design import Design
-from magbear_cli.synthesis.exact_mass import ExactMassOptions, design_exact_mass, exact_level
+from magbear_cli.synthesis.exact_level import exact_level
+from magbear_cli.synthesis.exact_mass import ExactMassOptions, design_exact_mass
 from magbear_cli.synthesis.fixed_order import FixedOrderOptions, design_fixed_order, search_orders
 from magbear_cli.synthesis.frequency_span import with_bandwidth
 from magbear_cli.synthesis.near_integrator import raise_slow_poles

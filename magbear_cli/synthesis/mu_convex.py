@@ -27,7 +27,7 @@ from magbear_cli.synthesis.exact_mass import ExactMassOptions, design_exact_mass
 from magbear_cli.synthesis.fixed_order import FixedOrderOptions, search_order
 from magbear_cli.synthesis.frequency_span import frequency_span, with_bandwidth
 from magbear_cli.synthesis.near_integrator import raise_slow_poles
-from magbear_cli.synthesis.stabilisation import stabilises
+from magbear_cli.synthesis.stabilisation import loop_resonances, stabilises
 
 REDUCTION_LOSS = 0.003  # of the level: the price of a simpler controller that nobody will notice
 
@@ -146,5 +146,6 @@ def _peak_mu(scaled: ControlProblem, controller: StateSpace, omega: NDArray[np.f
     """Peak mu, infinite where the reduced controller does not stabilise the loop."""
     if not stabilises(scaled, controller):
         return float("inf")
+    omega = np.union1d(omega, loop_resonances(scaled, controller))
     response = frequency_response(controller, omega)[:, 0, 0]
     return float(mu_upper_bound(interconnection(scaled, response, omega))[0].max())

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
+from magbear_cli.lti.conversion import zeros_poles_gain
+from magbear_cli.lti.resonance import resonance_frequencies
 from magbear_cli.lti.state_space import StateSpace
 from magbear_cli.model.problem import ControlProblem
 
@@ -15,13 +18,21 @@ def stabilises(scaled: ControlProblem, controller: StateSpace) -> bool:
     ends, leaves no trace in the level. It is a screen for candidates, not a verification.
     """
     masses = {scaled.mass.low_kg, scaled.mass.nominal_kg, scaled.mass.high_kg}
-    return all(_poles_left(scaled, controller, mass) for mass in masses)
+    return all(bool(loop_poles(scaled, controller, mass).real.max() < 0.0) for mass in masses)
 
 
-def _poles_left(scaled: ControlProblem, controller: StateSpace, mass_kg: float) -> bool:
+def loop_resonances(problem: ControlProblem, controller: StateSpace) -> NDArray[np.float64]:
+    """Frequencies (w,) near the resonances of the controller's poles and zeros and of the loop of both end masses."""
+    zeros, poles, _ = zeros_poles_gain(controller)
+    closed = [loop_poles(problem, controller, mass) for mass in problem.end_masses_kg]
+    return resonance_frequencies(np.concatenate([zeros, poles, *closed]))
+
+
+def loop_poles(scaled: ControlProblem, controller: StateSpace, mass_kg: float) -> NDArray[np.complex128]:
+    """The poles (n + 2,) of the loop with one mass, in the problem's own units."""
     inertia, k_z, k_i = scaled.inertia_kg(mass_kg), scaled.stiffness_n_per_m(mass_kg), scaled.current_stiffness_n_per_a
     plant = np.array([[0.0, 1.0], [k_z / inertia, 0.0]])
     enter, leave = np.array([[0.0], [k_i / inertia]]), np.array([[1.0, 0.0]])
     through = plant + enter @ controller.d @ leave
     closed = np.block([[through, enter @ controller.c], [controller.b @ leave, controller.a]])
-    return bool(np.linalg.eigvals(closed).real.max() < 0.0)
+    return np.asarray(np.linalg.eigvals(closed), dtype=complex)

@@ -17,6 +17,7 @@ from magbear_cli.analysis.sampled_loop import (
     sampled_worst_case,
 )
 from magbear_cli.analysis.worst_case import worst_case
+from magbear_cli.lti.connection import series
 from magbear_cli.lti.conversion import from_zeros_poles_gain
 from magbear_cli.lti.sampled_system import SampledSystem, bilinear
 from magbear_cli.lti.state_space import StateSpace
@@ -120,3 +121,28 @@ def test_no_margin_is_tighter_than_the_disk_allows(integrators: int, slow_rad_s:
     assert margins.gain_low <= least * (1 + 1e-9)
     assert margins.gain_high >= (1 - 1e-9) / least
     assert margins.phase_deg >= np.degrees(2 * np.arctan(margins.disk / 2)) * (1 - 1e-9)
+
+
+def test_a_narrow_peak_of_the_weight_is_seen_between_the_points(
+    narrow_peak: ControlProblem, blind_to_the_peak: StateSpace
+) -> None:
+    """A peak of 0.01 % damping is found in the sampled loop as well, as by a grid laid around it by hand."""
+    damping = 1e-4
+    num = np.polymul([0.5, 50.0], [1.0, 20.0 * damping * 300.0, 9e4])
+    den = np.polymul([1.0, 0.05], [1.0, 2.0 * damping * 300.0, 9e4])
+    problem = replace(narrow_peak, performance=RationalWeight(tuple(num), tuple(den)))
+    loop = _loop(problem, blind_to_the_peak, 1e-6)
+    omega = 300.0 * (1.0 + damping * np.linspace(-20.0, 20.0, 4001))
+    by_hand = loop.level(omega, problem.mass.samples_kg(33)[:, None]).max()
+    assert sampled_worst_case(loop).level == pytest.approx(by_hand, rel=1e-4)
+
+
+def test_a_light_pole_of_the_controller_is_seen_in_the_sampled_loop(
+    quickstart: ControlProblem, good_lead: StateSpace
+) -> None:
+    """A pole and a zero of 0.01 % damping side by side in the controller leave their mark on the worst case."""
+    pair = from_zeros_poles_gain([-0.1 - 1001.0j, -0.1 + 1001.0j], [-0.1 - 1000.0j, -0.1 + 1000.0j], 1.0)
+    loop = _loop(quickstart, series(pair, good_lead), 1e-6)
+    omega = np.linspace(990.0, 1011.0, 40_001)
+    by_hand = loop.level(omega, quickstart.mass.samples_kg(33)[:, None]).max()
+    assert sampled_worst_case(loop).level >= by_hand * (1.0 - 1e-4)

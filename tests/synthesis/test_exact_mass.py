@@ -13,7 +13,8 @@ from magbear_cli.lti.frequency import frequency_response
 from magbear_cli.model.problem import ControlProblem, MassRange, RationalWeight
 from magbear_cli.model.robust_performance import worst_case_over_mass
 from magbear_cli.model.scaling import Scaling, scale_problem
-from magbear_cli.synthesis.exact_mass import ExactMassOptions, design_exact_mass, exact_level
+from magbear_cli.synthesis.exact_level import exact_level
+from magbear_cli.synthesis.exact_mass import ExactMassOptions, design_exact_mass
 from magbear_cli.synthesis.fixed_order import FixedOrderOptions, design_fixed_order
 from magbear_cli.synthesis.stabilisation import stabilises
 

@@ -6,7 +6,7 @@ import pytest
 
 from magbear_cli.errors import Status
 from magbear_cli.model.problem import ControlProblem, MassRange, RationalWeight
-from magbear_cli.synthesis.exact_mass import exact_level
+from magbear_cli.synthesis.exact_level import exact_level
 from magbear_cli.synthesis.fixed_order import FixedOrderOptions
 from magbear_cli.synthesis.lowest_order import MET, design_lowest_order
 from magbear_cli.synthesis.stabilisation import stabilises
