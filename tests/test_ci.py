@@ -36,7 +36,7 @@ def test_a_weight_changed_by_five_percent_turns_it_red(tmp_path: Path) -> None:
     """With W1's gain 5 % higher the job ends with 1, and message and summary name the curve and how far it moved."""
     done = _curves(tmp_path, "--set", "performance.dc_gain=10.5")
     assert done.returncode == 1, done.stderr
-    assert "3-3.5 kg: omega_c_feasible moved from 4627.4 rad/s" in done.stderr
+    assert "3-3.5 kg: omega_c_feasible moved from 4624.8 rad/s" in done.stderr
     summary = (tmp_path / "summary.md").read_text("utf-8")
     assert "**1 of 1 moved**" in summary
     assert "| 3-3.5 kg |" in summary

@@ -2,8 +2,8 @@
 
 The certificate's functions G_X, G_Y prove that every linear time-invariant controller's worst case is above the level g
 (decision 0010) if at every ω there are P, R ≥ 0 with |G_X − g P| < |W3| P, |G_Y + g R| < |W1| R and
-q_low ≤ R/P ≤ q_high, the ends of (m ω² + k_z)/k_0 over the range, of the mass or of the stiffness; k_0 is the nominal
-stiffness, and P carries the unit 1/k_0 where k_z is uncertain too. With X = |G_X|²,
+q_low ≤ R/P ≤ q_high, the ρ = (m ω² + k_z)/k_i of both ends of the family over ρ(0) of the first: P carries the inverse
+of that unit. With X = |G_X|²,
 u = Re G_X, v = Im G_X, D_X = |W3|² X − g² v² > 0 and B± = g u ± √D_X, B+ > 0, the first says X/B+ < P < X/B− (no upper
 bound where B− ≤ 0). The second alike, with −G_Y, W1 and A±. The two intervals of R/P meet if
 |G_Y|² B− < q_high |G_X|² A+ and q_low |G_X|² A− < |G_Y|² B+.
@@ -35,7 +35,7 @@ from magbear_cli.model.impossibility_certificate import (
     vanishes_at_rest,
     without_certificate,
 )
-from magbear_cli.model.problem import ControlProblem, UncertainParameter
+from magbear_cli.model.problem import ControlProblem
 
 Floats = NDArray[np.float64]
 
@@ -49,8 +49,8 @@ CONDITIONS = (
     "the bound on G_Y leaves no force",
     "G_X points away from the measure",
     "G_Y points away from the force",
-    "no mass is heavy enough",
-    "no mass is light enough",
+    "no plant is stiff enough",
+    "no plant is soft enough",
 )
 
 
@@ -88,7 +88,7 @@ def _refusal(problem: ControlProblem, certificate: ImpossibilityCertificate) -> 
 
 @dataclass(frozen=True, eq=False)
 class _End:
-    """Inertia (in s²) and negative stiffness of one end of the range, both over the nominal k_z."""
+    """m/k_i (in s²) and k_z/k_i of one end of the family, both over the first end's k_z/k_i."""
 
     inertia: Interval
     stiffness: Interval
@@ -146,7 +146,7 @@ class _Checker:
         """Where the end boxes stop: far outside of all poles, corners, the plant and ω_c."""
         problem, certificate = self.problem, self.certificate
         weight = [*np.abs(np.roots(problem.performance.num)), *np.abs(np.roots(problem.performance.den))]
-        plant = [np.sqrt(problem.stiffness_n_per_m(mass) / problem.inertia_kg(mass)) for mass in problem.end_masses_kg]
+        plant = [end.pole_rad_s for end in problem.family.ends]
         pairs = [pair[0] for pair in certificate.y_pairs]
         marks = np.array(
             [*certificate.x_poles_rad_s, *certificate.y_poles_rad_s, *pairs, *weight, *plant, problem.omega_c_rad_s]
@@ -260,14 +260,16 @@ class _Checker:
         return replace(lags, pairs=np.array(self.certificate.y_pairs, dtype=float).reshape(-1, PAIR_NUMBERS))
 
     def _ends_of_range(self) -> tuple[_End, _End]:
-        """The ends of the range with the smaller and with the larger m ω² + k_z, at every frequency."""
-        problem, k_z = self.problem, Interval.of(self.problem.negative_stiffness_n_per_m)
-        low, high = Interval.of(problem.mass.low_kg), Interval.of(problem.mass.high_kg)
-        if problem.uncertain is UncertainParameter.MASS:
-            one = Interval.of(1.0)
-            return _End(low / k_z, one), _End(high / k_z, one)
-        nominal = Interval.of(problem.mass.nominal_kg)
-        return _End(nominal / k_z, nominal / high), _End(nominal / k_z, nominal / low)
+        """The first and the last end, which have the smaller and the larger ρ at every frequency."""
+        family = self.problem.family
+        first = Interval.of(family.first.negative_stiffness_n_per_m) / family.first.current_stiffness_n_per_a
+        ends = []
+        for plant in (family.first, family.last):
+            unit = first * plant.current_stiffness_n_per_a
+            known = family.is_known_at_rest or plant is family.first
+            stiffness = Interval.of(1.0) if known else Interval.of(plant.negative_stiffness_n_per_m) / unit
+            ends.append(_End(Interval.of(plant.mass_kg) / unit, stiffness))
+        return ends[0], ends[1]
 
     def _limit(self) -> Interval:
         """1/ω_c⁴."""
@@ -283,9 +285,9 @@ def _meeting(
     roots: tuple[Number, Number],
     factors: tuple[Number, Number],
 ) -> list[Number]:
-    """B+, A+, and the two differences that are positive when the intervals of R/P and of the masses meet.
+    """B+, A+, and the two differences that are positive when the intervals of R/P and of the family meet.
 
-    Pairs are of X and Y: |G|², level times the real part, the root of the room; and the factors of both end masses.
+    Pairs are of X and Y: |G|², level times the real part, the root of the room; and the factors of both ends.
     """
     most_x, least_x = reals[0] + roots[0], reals[0] - roots[0]
     most_y, least_y = reals[1] + roots[1], reals[1] - roots[1]

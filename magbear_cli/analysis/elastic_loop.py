@@ -27,8 +27,8 @@ SCAN = np.geomspace(0.05, 20.0, 1200)  # of the resonance: where the peak is sou
 
 def elastic_plant(problem: ControlProblem, mass_kg: float, rotor: FlexibleRotor | None) -> StateSpace:
     """From the current to the position at the sensor, the negative stiffness at the magnets; None: rigid."""
-    free = rotor_dynamics(mass_kg, rotor)
-    k_z, k_i = problem.negative_stiffness_n_per_m, problem.current_stiffness_n_per_a
+    free, nominal = rotor_dynamics(mass_kg, rotor), problem.nominal
+    k_z, k_i = nominal.negative_stiffness_n_per_m, nominal.current_stiffness_n_per_a
     held = free.a + k_z * free.b @ free.c[:1]
     return StateSpace(held, k_i * free.b, free.c[1:], np.zeros((1, 1)))
 

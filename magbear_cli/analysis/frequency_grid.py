@@ -16,7 +16,7 @@ Complexes = NDArray[np.complex128]
 
 _BEYOND = 1e3  # how far past the slowest and the fastest dynamics the grid reaches
 _ALWAYS = (1.0, 1e6)  # rad/s that every grid covers
-_MASSES = 9
+_MEMBERS = 9
 _WIDEST_DECADES = 10.0  # a pole or zero farther than this from the plant and the bounds is a numerical infinity
 
 
@@ -47,7 +47,7 @@ def loop_roots(problem: ControlProblem, controller: StateSpace) -> Complexes:
     zeros, _, _ = zeros_poles_gain(controller)
     poles, errors = controller_poles(controller)
     poles = poles[np.abs(poles) > errors]  # an integrator is seldom exactly at zero
-    closed = pole_family(problem, controller, problem.mass.samples_kg(_MASSES)).poles_rad_s.ravel()
+    closed = pole_family(problem, controller, problem.family.shares(_MEMBERS)).poles_rad_s.ravel()
     given = np.array([root for root in own if root != 0], dtype=complex)
     known = np.abs(given)
     roots = np.concatenate([given, zeros, poles, closed])

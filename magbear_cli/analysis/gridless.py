@@ -1,12 +1,12 @@
-"""The proof that a stored controller reaches a level, for every mass and every frequency: no grid, no tolerance.
+"""The proof that a stored controller reaches a level, for every plant and every frequency: no grid, no tolerance.
 
 With K = n/a the level |W1 S| + |W3 T| < L holds at ω when L |(m ω² + k_z) a + k_i n| exceeds
-|W1| |a| (m ω² + k_z) + |W3| k_i |n|. Both sides are affine along the range, of the mass or of the stiffness. Squared,
-their difference is a quadratic there, positive when its Bernstein coefficients b0, b1, b2 have b0 > 0, b2 > 0 and
-b1 + √(b0 b2) > 0: three functions of ω alone. They are enclosed over boxes that cover [0, ∞], with the coefficients of
-n and a computed exactly from the controller's matrices. Where they are positive the closed-loop polynomial has no root
-on the axis for any mass, so that the whole family is stable once Routh's test, in exact arithmetic, has shown one
-member to be.
+|W1| |a| (m ω² + k_z) + |W3| k_i |n|. Both sides are affine along the segment between the ends of the family, each end
+times any positive number. Squared, their difference is a quadratic there, positive when its Bernstein coefficients b0,
+b1, b2 have b0 > 0, b2 > 0 and b1 + √(b0 b2) > 0: three functions of ω alone. They are enclosed over boxes that cover
+[0, ∞], with the coefficients of n and a computed exactly from the controller's matrices. Where they are positive the
+closed-loop polynomial has no root on the axis for any member, so that the whole family is stable once Routh's test, in
+exact arithmetic, has shown one member to be.
 """
 
 from __future__ import annotations
@@ -22,7 +22,8 @@ from magbear_cli.analysis.exact_polynomial import Polynomial, exact_transfer_fun
 from magbear_cli.analysis.interval import Enclosure, Interval, polynomial
 from magbear_cli.analysis.weight_enclosure import squared_polynomial
 from magbear_cli.lti.state_space import StateSpace
-from magbear_cli.model.problem import ControlProblem, UncertainParameter
+from magbear_cli.model.family import Plant
+from magbear_cli.model.problem import ControlProblem
 
 Floats = NDArray[np.float64]
 
@@ -39,7 +40,7 @@ class LevelProof:
 
 
 def prove_level(problem: ControlProblem, controller: StateSpace, level: float) -> LevelProof:
-    """Prove that the loop is stable and |W1 S| + |W3 T| < level for every mass of the range and all frequencies.
+    """Prove that the loop is stable and |W1 S| + |W3 T| < level for every plant of the family and all frequencies.
 
     Parameters
     ----------
@@ -51,24 +52,50 @@ def prove_level(problem: ControlProblem, controller: StateSpace, level: float) -
             proved=False, sentence="the controller does not map one measurement to one current", level=level
         )
     num, den = exact_transfer_function(controller)
-    if not is_hurwitz(_closed_loop(problem, num, den)):
-        sentence = f"the loop with m = {problem.mass.low_kg:.6g} kg is not stable"
+    first = problem.family.first
+    if not is_hurwitz(_closed_loop(first, num, den)):
+        sentence = f"the loop with m = {first.mass_kg:.6g} kg is not stable"
         return LevelProof(proved=False, sentence=sentence, level=level)
     with np.errstate(all="ignore"):
         return _Prover.of(problem, (num, den), level).run()
 
 
-def _closed_loop(problem: ControlProblem, num: Polynomial, den: Polynomial) -> Polynomial:
-    """(m s² − k_z) a − k_i n for the lowest mass, exactly."""
-    mass, k_z = Fraction(problem.mass.low_kg), Fraction(problem.negative_stiffness_n_per_m)
-    k_i = Fraction(problem.current_stiffness_n_per_a)
-    if problem.uncertain is not UncertainParameter.MASS:
-        nominal = Fraction(problem.mass.nominal_kg)
-        mass, k_z = nominal, k_z * nominal / mass
+def _closed_loop(plant: Plant, num: Polynomial, den: Polynomial) -> Polynomial:
+    """(m s² − k_z) a − k_i n, exactly."""
+    mass, k_z = Fraction(plant.mass_kg), Fraction(plant.negative_stiffness_n_per_m)
+    k_i = Fraction(plant.current_stiffness_n_per_a)
     result = [mass * d for d in den] + [Fraction(0), Fraction(0)]
     for index, (n, d) in enumerate(zip(num, den, strict=True)):
         result[index + 2] -= k_z * d + k_i * n
     return result
+
+
+def level_conditions(discs: list[Disc], level: float) -> list[Enclosure]:
+    """b0, b2 and b1 + √(b0 b2) of the discs of a family's ends; b0 alone of one disc."""
+    square = Interval.of(level).square()
+    first, last = discs[0], discs[-1]
+    ends = [disc.with_itself(square) for disc in (first, last)]
+    if len(discs) == 1:
+        return ends[:1]
+    return [*ends, first.with_other(last, square) + ends[0].root() * ends[1].root()]
+
+
+@dataclass(frozen=True, eq=False)
+class Disc:
+    """Real and imaginary part of the centre q a + k_i n of one end, and L times the radius."""
+
+    real: Enclosure
+    imaginary: Enclosure
+    radius: Enclosure
+
+    def with_itself(self, square: Interval) -> Enclosure:
+        """L² |c|² − r², with squares kept squares."""
+        return (self.real.square() + self.imaginary.square()) * square - self.radius.square()
+
+    def with_other(self, other: Disc, square: Interval) -> Enclosure:
+        """The bilinear form L² Re(c̄ c') − r r'."""
+        both = self.real * other.real + self.imaginary * other.imaginary
+        return both * square - self.radius * other.radius
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,37 +140,16 @@ class _Prover:
         square, one = x.square(), x.of_constant(1.0)
         # In units: ω² = Ω² x²; on the fast half everything is divided by ω², and x = Ω/ω.
         inertia, rest = (one, square) if fast else (square, one)
-        k_i = Interval.of(self.problem.current_stiffness_n_per_a)
-        force = rest * (k_i / self.unit / self.unit)
-        pulled = [part * force for part in n]
         limited = x.of_constant(0.0)
         if self.problem.omega_c_rad_s is not None:
-            limited = n_size * inertia * (k_i / self.problem.omega_c_rad_s / self.problem.omega_c_rad_s)
+            limited = n_size * inertia * (Interval.of(1.0) / self.problem.omega_c_rad_s / self.problem.omega_c_rad_s)
         discs = []
-        for mass, k_z in self._ends():
-            own = inertia * mass + rest * (k_z / self.unit / self.unit)
-            discs.append((a[0] * own + pulled[0], a[1] * own + pulled[1], w1_a * own + limited))
-        first, last = discs[0], discs[-1]
-        ends = [self._form(disc, disc) for disc in (first, last)]
-        if len(discs) == 1:
-            return ends[:1]
-        return [*ends, self._form(first, last) + ends[0].root() * ends[1].root()]
-
-    def _ends(self) -> list[tuple[Interval, Interval]]:
-        """Mass and negative stiffness at both ends of the range."""
-        k_z = Interval.of(self.problem.negative_stiffness_n_per_m)
-        masses = [Interval.of(mass) for mass in self.problem.end_masses_kg]
-        if self.problem.uncertain is UncertainParameter.MASS:
-            return [(mass, k_z) for mass in masses]
-        nominal = Interval.of(self.problem.mass.nominal_kg)
-        return [(nominal, k_z * nominal / mass) for mass in masses]
-
-    def _form(self, one: tuple[Enclosure, ...], other: tuple[Enclosure, ...]) -> Enclosure:
-        """The bilinear form L² Re(c̄ c') − r r' of two discs; of one disc with itself, with squares kept squares."""
-        level = Interval.of(self.level).square()
-        if one is other:
-            return (one[0].square() + one[1].square()) * level - one[2].square()
-        return (one[0] * other[0] + one[1] * other[1]) * level - one[2] * other[2]
+        for plant in self.problem.family.ends:
+            k_z, k_i = Interval.of(plant.negative_stiffness_n_per_m), Interval.of(plant.current_stiffness_n_per_a)
+            own = inertia * plant.mass_kg + rest * (k_z / self.unit / self.unit)
+            pulled = rest * (k_i / self.unit / self.unit)
+            discs.append(Disc(a[0] * own + n[0] * pulled, a[1] * own + n[1] * pulled, w1_a * own + limited * k_i))
+        return level_conditions(discs, self.level)
 
     def _performance(self, x: Enclosure, *, fast: bool) -> Enclosure:
         """|W1|, from its polynomials in units of Ω."""

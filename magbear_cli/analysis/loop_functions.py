@@ -1,4 +1,4 @@
-"""The loop over frequency for a family of masses: K, S, T and K S."""
+"""The loop over frequency for members of a family: K, S, T and K S."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ Complexes = NDArray[np.complex128]
 
 @dataclass(frozen=True, eq=False)
 class LoopFunctions:
-    """S = 1/(1 − K G), T = −K G S and K S, for masses (rows) and frequencies (columns)."""
+    """S = 1/(1 − K G), T = −K G S and K S, for members (rows) and frequencies (columns)."""
 
     omega_rad_s: Floats  # (w,)
-    masses_kg: Floats  # (k,)
+    shares: Floats  # (k,)
     sensitivity: Complexes  # (k, w)
     complementary_sensitivity: Complexes  # (k, w)
     control_sensitivity_a_per_m: Complexes  # (k, w)
@@ -46,21 +46,20 @@ def controller_response(controller: StateSpace, omega_rad_s: Floats) -> Complexe
 
 
 def loop_functions(
-    problem: ControlProblem, controller: StateSpace, omega_rad_s: Floats, masses_kg: ArrayLike
+    problem: ControlProblem, controller: StateSpace, omega_rad_s: Floats, shares: ArrayLike
 ) -> LoopFunctions:
-    """K, S, T and K S of every mass at every frequency.
+    """K, S, T and K S of every member at every frequency.
 
     Notes
     -----
-    S is formed as (m ω² + k_z)/(m ω² + k_z + k_i K), which is exact at the ends where 1 − K G would cancel.
+    With G = −1/ρ, S is formed as ρ/(ρ + K), which is exact at the ends where 1 − K G would cancel.
     """
     response = controller_response(controller, omega_rad_s)
-    masses = np.atleast_1d(np.asarray(masses_kg, dtype=float))
-    stiffness = problem.dynamic_stiffness_n_per_m(omega_rad_s, masses[:, None])
-    force = problem.current_stiffness_n_per_a * response
-    closed = stiffness + force
-    sensitivity = stiffness / closed
-    return LoopFunctions(omega_rad_s, masses, sensitivity, force / closed, response * sensitivity, response)
+    members = np.atleast_1d(np.asarray(shares, dtype=float))
+    rho = problem.family.current_per_displacement(omega_rad_s, members[:, None])
+    closed = rho + response
+    sensitivity = rho / closed
+    return LoopFunctions(omega_rad_s, members, sensitivity, response / closed, response * sensitivity, response)
 
 
 def peak_controller_gain(controller: StateSpace, omega_rad_s: Floats) -> tuple[float, float]:
@@ -71,10 +70,10 @@ def peak_controller_gain(controller: StateSpace, omega_rad_s: Floats) -> tuple[f
 
 
 def peak_control_sensitivity(
-    problem: ControlProblem, controller: StateSpace, omega_rad_s: Floats, mass_kg: float
+    problem: ControlProblem, controller: StateSpace, omega_rad_s: Floats, share: float
 ) -> tuple[float, float]:
-    """The supremum of |K S| over frequency in A/m for one mass, and its frequency in rad/s."""
+    """The supremum of |K S| over frequency in A/m for one member, and its frequency in rad/s."""
     quantity: Callable[[Floats], Floats] = lambda omega: np.abs(  # noqa: E731 - one expression, used once
-        loop_functions(problem, controller, omega, mass_kg).control_sensitivity_a_per_m[0]
+        loop_functions(problem, controller, omega, share).control_sensitivity_a_per_m[0]
     )
     return supremum(quantity, omega_rad_s, abs(float(controller.d[0, 0])))

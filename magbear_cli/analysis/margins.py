@@ -1,7 +1,7 @@
-"""How far the loop is from instability, at its worst over the mass range: gain, phase, delay and disk margins.
+"""How far the loop is from instability, at its worst over the family: gain, phase, delay and disk margins.
 
-On s = jω the loop gain is K G = −k_i K/(m ω² + k_z), critical at +1, and m ω² + k_z is positive. So its phase does not
-depend on the mass: it is real where K is, and a crossover at ω belongs to the one mass m = (k_i |K| − k_z)/ω².
+On s = jω the loop gain is K G = −K/ρ, critical at +1, and ρ = (m ω² + k_z)/k_i is positive. So its phase does not
+depend on the member: it is real where K is, and a crossover at ω belongs to the member with ρ = |K|.
 The plant is unstable, so the gain may neither rise nor fall too far.
 """
 
@@ -25,7 +25,7 @@ Complexes = NDArray[np.complex128]
 
 @dataclass(frozen=True)
 class Margins:
-    """The worst margins over the mass range of a loop that is stable over it."""
+    """The worst margins over the family of a loop that is stable over it."""
 
     gain_low: float  # the loop gain may fall to this factor (0: to nothing)
     gain_high: float  # and rise to this one (infinite: without end)
@@ -35,7 +35,7 @@ class Margins:
 
 
 def stability_margins(problem: ControlProblem, controller: StateSpace, omega_rad_s: Floats) -> Margins:
-    """All margins of a loop that is known to be stable for every mass of the range.
+    """All margins of a loop that is known to be stable for every member.
 
     Parameters
     ----------
@@ -49,9 +49,9 @@ def stability_margins(problem: ControlProblem, controller: StateSpace, omega_rad
 
 
 def gain_margins(problem: ControlProblem, controller: StateSpace, omega_rad_s: Floats) -> tuple[float, float]:
-    """The factors (low, high) to which the loop gain may fall and rise before a mass of the range becomes unstable.
+    """The factors (low, high) to which the loop gain may fall and rise before a member becomes unstable.
 
-    At a real K < 0 the loop with gain factor f has a pole on the axis for f = (m ω² + k_z)/(−k_i K).
+    At a real K < 0 the loop with gain factor f has a pole on the axis for f = ρ/(−K).
 
     Parameters
     ----------
@@ -61,9 +61,9 @@ def gain_margins(problem: ControlProblem, controller: StateSpace, omega_rad_s: F
     omega = np.concatenate([[0.0], real_response_frequencies(controller, omega_rad_s[omega_rad_s > 0])])
     response = controller_response(controller, omega)
     real = is_crossing(response)
-    omega, force = omega[real], -problem.current_stiffness_n_per_a * response[real].real
-    stiffness = problem.dynamic_stiffness_n_per_m(omega, np.array(problem.end_masses_kg)[:, None])
-    factors = (stiffness[:, force > 0] / force[force > 0]).ravel()
+    omega, force = omega[real], -response[real].real
+    rho = problem.family.current_per_displacement(omega, np.array(problem.family.end_shares)[:, None])
+    factors = (rho[:, force > 0] / force[force > 0]).ravel()
     low, high = factors[factors < 1.0], factors[factors >= 1.0]
     return float(low.max(initial=0.0)), float(high.min(initial=np.inf))
 
@@ -77,24 +77,24 @@ def is_crossing(response: Complexes) -> NDArray[np.bool_]:
 
 
 def disk_margin(problem: ControlProblem, controller: StateSpace, omega_rad_s: Floats) -> float:
-    """1/‖(S − T)/2‖∞ at its least over the mass range: the disk margin without skew (Seiler, Packard, Gahinet 2020).
+    """1/‖(S − T)/2‖∞ at its least over the family: the disk margin without skew (Seiler, Packard, Gahinet 2020).
 
-    S − T = (a − κ)/(a + κ) with a = m ω² + k_z and κ = k_i K; its modulus is stationary in a at a = |κ| only. With
+    S − T = (ρ − K)/(ρ + K); its modulus is stationary in ρ at ρ = |K| only. With
     margin α the loop stays stable for complex gains (1 + α δ/2)/(1 − α δ/2), |δ| < 1.
     """
 
     def largest(omega: Floats) -> Floats:
-        force = problem.current_stiffness_n_per_a * controller_response(controller, omega)
-        low, high = _stiffness_ends(problem, omega)
+        force = controller_response(controller, omega)
+        low, high = _rho_ends(problem, omega)
         candidates = np.stack([low, high, np.clip(np.abs(force), low, high)])
         return np.asarray((np.abs(candidates - force) / np.abs(candidates + force)).max(axis=0), dtype=float)
 
     return 2.0 / supremum(largest, omega_rad_s, 1.0)[0]
 
 
-def _stiffness_ends(problem: ControlProblem, omega_rad_s: Floats) -> tuple[Floats, Floats]:
-    """The least and the largest m ω² + k_z over the range."""
-    ends = problem.dynamic_stiffness_n_per_m(omega_rad_s, np.array(problem.end_masses_kg)[:, None])
+def _rho_ends(problem: ControlProblem, omega_rad_s: Floats) -> tuple[Floats, Floats]:
+    """The least and the largest ρ over the family."""
+    ends = problem.family.current_per_displacement(omega_rad_s, np.array(problem.family.end_shares)[:, None])
     return ends.min(axis=0), ends.max(axis=0)
 
 
@@ -104,24 +104,24 @@ def _least_over_crossovers(
     omega_rad_s: Floats,
     margin: Callable[[Floats, Floats], Floats],
 ) -> float:
-    """The least margin(ω, arg K G) over the frequencies that are a crossover for some mass of the range."""
+    """The least margin(ω, arg K G) over the frequencies that are a crossover for some member."""
 
     def force(omega: Floats) -> Floats:
-        return problem.current_stiffness_n_per_a * np.abs(controller_response(controller, omega))
+        return np.asarray(np.abs(controller_response(controller, omega)), dtype=float)
 
-    def beyond(omega: Floats, mass: float) -> Floats:
-        return np.asarray(force(omega) - problem.dynamic_stiffness_n_per_m(omega, mass), dtype=float)
+    def beyond(omega: Floats, share: float) -> Floats:
+        return np.asarray(force(omega) - problem.family.current_per_displacement(omega, share), dtype=float)
 
     def negative_margin(omega: Floats) -> Floats:
         return -margin(omega, np.angle(-controller_response(controller, omega)))
 
     def inside(omega: Floats) -> Floats:
-        (low, high), found = _stiffness_ends(problem, omega), force(omega)
+        (low, high), found = _rho_ends(problem, omega), force(omega)
         return np.where((found >= low) & (found <= high), negative_margin(omega), -np.inf)
 
-    best = -np.inf if problem.mass.is_fixed else supremum(inside, omega_rad_s)[0]
-    for mass in problem.end_masses_kg:
-        edges = sign_changes(lambda omega, mass=mass: beyond(omega, mass), omega_rad_s)  # type: ignore[misc]
+    best = -np.inf if problem.family.is_fixed else supremum(inside, omega_rad_s)[0]
+    for share in problem.family.end_shares:
+        edges = sign_changes(lambda omega, share=share: beyond(omega, share), omega_rad_s)  # type: ignore[misc]
         if edges.size:
             best = max(best, float(negative_margin(edges).max()))
     return -best

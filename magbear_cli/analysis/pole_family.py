@@ -1,9 +1,9 @@
-"""The closed-loop poles along the mass range, and the masses at which a pole crosses the imaginary axis.
+"""The closed-loop poles along the family, and the members that have a pole on the imaginary axis.
 
-With K = n(s)/a(s) the closed-loop polynomial m s² a(s) − (k_z a(s) + k_i n(s)) is affine in the mass. By zero exclusion
-the family is stable when one member is and none has a root on the axis (Barmish 1994, section 7). On s = jω that is
-m ω² + k_z + k_i K(jω) = 0, so a crossing needs Im K(jω) = 0, at frequencies that do not depend on the mass; each
-such frequency puts one mass on the axis, m = −(k_z + k_i Re K)/ω². At ω = 0 and ω → ∞ no mass matters.
+With K = n(s)/q(s) the closed-loop polynomial s² q − a q − b n is affine in the share. By zero exclusion the family is
+stable when one member is and none has a root on the axis (Barmish 1994, section 7). On s = jω that is
+ω² + a + b K(jω) = 0, so a crossing needs Im K(jω) = 0, at frequencies that do not depend on the member; each
+such frequency puts one member on the axis. At ω = 0 and ω → ∞ no member matters.
 """
 
 from __future__ import annotations
@@ -19,7 +19,8 @@ from magbear_cli.analysis.supremum import sign_changes
 from magbear_cli.lti.conversion import zeros_poles_gain
 from magbear_cli.lti.eigenvalues import eigenvalues_with_error
 from magbear_cli.lti.state_space import StateSpace
-from magbear_cli.model.problem import ControlProblem, UncertainParameter
+from magbear_cli.model.family import FIRST, LAST, PlantFamily
+from magbear_cli.model.problem import ControlProblem
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -31,15 +32,15 @@ _REAL_ENOUGH = 1e-8  # of |K|: how small Im K must be to count as zero
 
 @dataclass(frozen=True, eq=False)
 class PoleFamily:
-    """Closed-loop poles for sample masses, with the rounding error that each may carry."""
+    """Closed-loop poles of sample members, with the rounding error that each may carry."""
 
-    masses_kg: Floats  # (k,)
+    shares: Floats  # (k,)
     poles_rad_s: Complexes  # (k, n), by ascending real part
     uncertainty_rad_s: Floats  # (k, n) first-order bound of the rounding error
 
     @property
     def max_real_rad_s(self) -> float:
-        """The largest real part of any pole of any sample mass."""
+        """The largest real part of any pole of any sample member."""
         return float(self.poles_rad_s.real.max())
 
     @property
@@ -55,40 +56,42 @@ class PoleFamily:
 
 @dataclass(frozen=True, eq=False)
 class AxisCrossings:
-    """The pairs (mass, frequency) at which the closed loop has a pole on the imaginary axis, by ascending mass."""
+    """The pairs (share, frequency) at which the closed loop has a pole on the axis, by ascending share.
 
-    masses_kg: Floats  # (k,)
+    Shares beyond the ends continue the family.
+    """
+
+    shares: Floats  # (k,)
     omega_rad_s: Floats  # (k,)
 
-    def within(self, low_kg: float, high_kg: float) -> AxisCrossings:
-        """The crossings of a mass range, its ends included."""
-        inside = (self.masses_kg >= low_kg) & (self.masses_kg <= high_kg)
-        return AxisCrossings(self.masses_kg[inside], self.omega_rad_s[inside])
+    def within(self, low: float, high: float) -> AxisCrossings:
+        """The crossings of a range of shares, its ends included."""
+        inside = (self.shares >= low) & (self.shares <= high)
+        return AxisCrossings(self.shares[inside], self.omega_rad_s[inside])
 
 
-def closed_loop_matrix(problem: ControlProblem, controller: StateSpace, mass_kg: float, time_s: float) -> Floats:
+def closed_loop_matrix(problem: ControlProblem, controller: StateSpace, share: float, time_s: float) -> Floats:
     """The state matrix of the rotor with its controller, in units of time_s; states z, time_s·dz/dt, x_K.
 
-    m z'' = k_z z + k_i u, u = C x_K + D z, x_K' = A x_K + B z.
+    z'' = a z + b u, u = C x_K + D z, x_K' = A x_K + B z.
     """
-    n = controller.order
-    square = time_s**2 / problem.inertia_kg(mass_kg)
+    n, family = controller.order, problem.family
+    push = time_s**2 * float(family.acceleration_per_current(share))
     matrix = np.zeros((n + 2, n + 2))
     matrix[0, 1] = 1.0
-    force = problem.current_stiffness_n_per_a
-    matrix[1, 0] = square * (problem.stiffness_n_per_m(mass_kg) + force * float(controller.d[0, 0]))
-    matrix[1, 2:] = square * force * controller.c[0]
+    matrix[1, 0] = time_s**2 * float(family.pole_squared(share)) + push * float(controller.d[0, 0])
+    matrix[1, 2:] = push * controller.c[0]
     matrix[2:, :1] = time_s * controller.b
     matrix[2:, 2:] = time_s * controller.a
     return matrix
 
 
-def pole_family(problem: ControlProblem, controller: StateSpace, masses_kg: ArrayLike) -> PoleFamily:
-    """The closed-loop poles of each mass, with a bound of their rounding error.
+def pole_family(problem: ControlProblem, controller: StateSpace, shares: ArrayLike) -> PoleFamily:
+    """The closed-loop poles of each member, with a bound of their rounding error.
 
     Parameters
     ----------
-    masses_kg : (k,) array
+    shares : (k,) array
 
     Notes
     -----
@@ -96,11 +99,11 @@ def pole_family(problem: ControlProblem, controller: StateSpace, masses_kg: Arra
     simple eigenvalue moves by at most ‖E‖/|yᴴx| under a small change E of the balanced matrix (Golub and Van Loan
     2013, section 7.2.2); E is taken as n·eps times its norm.
     """
-    masses = np.atleast_1d(np.asarray(masses_kg, dtype=float))
+    members = np.atleast_1d(np.asarray(shares, dtype=float))
     time = 1.0 / max(problem.natural_rad_s, 1e-300)
-    rows = [eigenvalues_with_error(closed_loop_matrix(problem, controller, float(mass), time)) for mass in masses]
+    rows = [eigenvalues_with_error(closed_loop_matrix(problem, controller, float(share), time)) for share in members]
     poles = np.stack([row[0] for row in rows]) / time
-    return PoleFamily(masses, poles, np.stack([row[1] for row in rows]) / time)
+    return PoleFamily(members, poles, np.stack([row[1] for row in rows]) / time)
 
 
 def controller_poles(controller: StateSpace) -> tuple[Complexes, Floats]:
@@ -111,7 +114,7 @@ def controller_poles(controller: StateSpace) -> tuple[Complexes, Floats]:
 
 
 def axis_crossings(problem: ControlProblem, controller: StateSpace, omega_rad_s: Floats) -> AxisCrossings:
-    """Every positive mass that puts a closed-loop pole on the imaginary axis, with its frequency.
+    """Every member, beyond the ends too, that has a closed-loop pole on the imaginary axis, with its frequency.
 
     Parameters
     ----------
@@ -124,20 +127,20 @@ def axis_crossings(problem: ControlProblem, controller: StateSpace, omega_rad_s:
     """
     omega = real_response_frequencies(controller, omega_rad_s)
     response = controller_response(controller, omega)
-    masses = _masses_in_balance(problem, -problem.current_stiffness_n_per_a * response.real, omega)
-    order = np.argsort(masses)
-    order = order[masses[order] > 0.0]
-    return AxisCrossings(masses[order], omega[order])
+    shares = _shares_in_balance(problem.family, response.real, omega)
+    order = np.argsort(shares)
+    order = order[np.isfinite(shares[order])]
+    return AxisCrossings(shares[order], omega[order])
 
 
-def _masses_in_balance(problem: ControlProblem, force_n_per_m: Floats, omega_rad_s: Floats) -> Floats:
-    """The masses whose m ω² + k_z is this force per displacement; not positive, or infinite, where there is none."""
-    k_z = problem.negative_stiffness_n_per_m
-    with np.errstate(over="ignore", divide="ignore"):
-        if problem.uncertain is UncertainParameter.MASS:
-            return np.asarray((force_n_per_m - k_z) / omega_rad_s**2, dtype=float)
-        mass = problem.mass.nominal_kg
-        return np.asarray(k_z * mass / (force_n_per_m - mass * omega_rad_s**2), dtype=float)
+def _shares_in_balance(family: PlantFamily, gain_a_per_m: Floats, omega_rad_s: Floats) -> Floats:
+    """The shares with ω² + a + b K = 0 for real K; NaN where there is none or no plant is."""
+    first = omega_rad_s**2 + family.pole_squared(FIRST) + family.acceleration_per_current(FIRST) * gain_a_per_m
+    last = omega_rad_s**2 + family.pole_squared(LAST) + family.acceleration_per_current(LAST) * gain_a_per_m
+    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+        share = first / (first - last)
+        is_plant = (family.acceleration_per_current(share) > 0) & (family.pole_squared(share) > 0)
+    return np.where(is_plant, share, np.nan)
 
 
 def real_response_frequencies(controller: StateSpace, omega_rad_s: Floats) -> Floats:

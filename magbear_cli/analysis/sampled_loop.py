@@ -18,13 +18,13 @@ from magbear_cli.analysis.worst_case import WorstCase
 from magbear_cli.lti.eigenvalues import eigenvalues_with_error
 from magbear_cli.lti.resonance import resonance_frequencies
 from magbear_cli.lti.sampled_system import SampledSystem, delta_polynomials
-from magbear_cli.model.held_plant import Sampling, held_plant, hold_filter, hold_mass, hold_shares
+from magbear_cli.model.held_plant import Sampling, held_plant, hold_filter, hold_shares, hold_stiffness
 from magbear_cli.model.problem import ControlProblem
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
-_MASSES = 33
+_MEMBERS = 33
 _POINTS_PER_DECADE = 60
 _SLOWEST = 1e-3  # of the slowest corner: where the grid begins
 
@@ -37,22 +37,25 @@ class SampledLoop:
     controller: SampledSystem
     sampling: Sampling
 
-    def stiffness_and_force(self, omega_rad_s: ArrayLike, mass_kg: ArrayLike) -> tuple[Floats, Complexes]:
-        """The dynamic stiffness a and the force κ in N/m, for frequencies and masses that broadcast."""
-        omega, mass = np.asarray(omega_rad_s, dtype=float), np.asarray(mass_kg, dtype=float)
-        angle = omega * self.sampling.sample_time_s
-        shares = hold_shares(self.problem, self.sampling, mass)
-        force = self.problem.current_stiffness_n_per_a * self.controller.response(angle)
-        stiffness = hold_mass(self.problem, self.sampling, mass) * np.sin(angle / 2.0) ** 2
-        stiffness = stiffness + self.problem.stiffness_n_per_m(mass) * np.cos(angle / 2.0) ** 2
-        return stiffness, force * hold_filter(self.sampling, shares, angle)
+    def stiffness_and_force(self, omega_rad_s: ArrayLike, share: float) -> tuple[Floats, Complexes]:
+        """The dynamic stiffness a and the force κ in N/m of a member, each (w,)."""
+        omega = np.asarray(omega_rad_s, dtype=float)
+        plant, angle = self.problem.family.member(share), omega * self.sampling.sample_time_s
+        force = plant.current_stiffness_n_per_a * self.controller.response(angle)
+        stiffness = hold_stiffness(plant, self.sampling) * np.sin(angle / 2.0) ** 2
+        stiffness = stiffness + plant.negative_stiffness_n_per_m * np.cos(angle / 2.0) ** 2
+        return stiffness, force * hold_filter(self.sampling, hold_shares(plant, self.sampling), angle)
 
-    def level(self, omega_rad_s: ArrayLike, mass_kg: ArrayLike) -> Floats:
-        """|W1 S| + |W3 T| for frequencies and masses that broadcast; the weights are those of continuous time."""
-        stiffness, force = self.stiffness_and_force(omega_rad_s, mass_kg)
+    def level(self, omega_rad_s: ArrayLike, share: float) -> Floats:
+        """|W1 S| + |W3 T| of a member, (w,); the weights are those of continuous time."""
+        stiffness, force = self.stiffness_and_force(omega_rad_s, share)
         weighted = self.problem.performance_bound(omega_rad_s) * stiffness
         weighted = weighted + self.problem.bandwidth_bound(omega_rad_s) * np.abs(force)
         return np.asarray(weighted / np.abs(stiffness + force), dtype=float)
+
+    def levels(self, omega_rad_s: ArrayLike, shares: Floats) -> Floats:
+        """The levels of several members, (k, w)."""
+        return np.stack([self.level(omega_rad_s, float(share)) for share in shares])
 
     def frequencies(self) -> Floats:
         """An ascending grid (w,) in rad/s from far below all corners to π/T, denser in its last decade."""
@@ -64,7 +67,7 @@ class SampledLoop:
         corners = [self.problem.natural_rad_s, *np.abs(weight.poles_rad_s)]
         corners += [abs(root) for roots in own[1::2] for root in roots]
         discrete = 1.0 + period * np.concatenate([np.zeros(0), *own])
-        closed = [sampled_poles(self, mass) for mass in self.problem.end_masses_kg]
+        closed = [sampled_poles(self, share) for share in self.problem.family.end_shares]
         discrete = np.concatenate([discrete, *closed])
         continuous = np.log(discrete[np.abs(discrete) > 0].astype(complex)) / period
         near = resonance_frequencies(np.concatenate([weight.poles_rad_s, np.roots(weight.num), continuous]))
@@ -75,48 +78,47 @@ class SampledLoop:
         return np.unique(np.concatenate(grids))
 
 
-def sampled_poles(loop: SampledLoop, mass_kg: float) -> Complexes:
+def sampled_poles(loop: SampledLoop, share: float) -> Complexes:
     """The closed loop's poles in the plane of z, from the matrices of the held plant and of the chain."""
-    plant, own = held_plant(loop.problem, loop.sampling, mass_kg), loop.controller.incremental
+    plant, own = held_plant(loop.problem.family.member(share), loop.sampling), loop.controller.incremental
     closed = np.block(
         [[plant.a + plant.b @ own.d @ plant.c, plant.b @ own.c], [own.b @ plant.c, own.a]],
     )
     return 1.0 + eigenvalues_with_error(closed)[0]
 
 
-def is_stable_on_samples(loop: SampledLoop, masses: int = _MASSES) -> bool:
-    """Whether all poles are inside the circle for sample masses of the range; no proof for those between them."""
-    return all(
-        bool((np.abs(sampled_poles(loop, float(mass))) < 1.0).all()) for mass in loop.problem.mass.samples_kg(masses)
-    )
+def is_stable_on_samples(loop: SampledLoop, members: int = _MEMBERS) -> bool:
+    """Whether all poles are inside the circle for sample members of the family; no proof for those between them."""
+    shares = loop.problem.family.shares(members)
+    return all(bool((np.abs(sampled_poles(loop, float(share))) < 1.0).all()) for share in shares)
 
 
-def sampled_worst_case(loop: SampledLoop, masses: int = _MASSES) -> WorstCase:
-    """The largest |W1 S| + |W3 T| found over sample masses and 0 < ω ≤ π/T."""
-    samples = loop.problem.mass.samples_kg(masses)[:, None]
+def sampled_worst_case(loop: SampledLoop, members: int = _MEMBERS) -> WorstCase:
+    """The largest |W1 S| + |W3 T| found over sample members and 0 < ω ≤ π/T."""
+    shares = loop.problem.family.shares(members)
 
-    def over_mass(omega: Floats) -> Floats:
-        return np.asarray(loop.level(omega, samples).max(axis=0), dtype=float)
+    def over_family(omega: Floats) -> Floats:
+        return np.asarray(loop.levels(omega, shares).max(axis=0), dtype=float)
 
-    level, omega = supremum(over_mass, loop.frequencies())
-    mass = samples[int(loop.level(np.array([omega]), samples)[:, 0].argmax()), 0]
-    return WorstCase(level, float(mass), omega)
+    level, omega = supremum(over_family, loop.frequencies())
+    share = shares[int(loop.levels(np.array([omega]), shares)[:, 0].argmax())]
+    return WorstCase(level, float(share), omega)
 
 
 def sampled_margins(loop: SampledLoop) -> Margins:
-    """The margins of a loop that is stable, at their least over both end masses and the middle one."""
-    found = [_margins(loop, mass) for mass in np.unique([*loop.problem.end_masses_kg, loop.problem.mass.nominal_kg])]
+    """The margins of a loop that is stable, at their least over both ends of the family and its middle."""
+    found = [_margins(loop, float(share)) for share in loop.problem.family.shown_shares()]
     return Margins(
         max(margins.gain_low for margins in found),
         *(min(getattr(margins, name) for margins in found) for name in ("gain_high", "phase_deg", "delay_s", "disk")),
     )
 
 
-def _margins(loop: SampledLoop, mass_kg: float) -> Margins:
+def _margins(loop: SampledLoop, share: float) -> Margins:
     omega = loop.frequencies()
 
     def ratio(at: Floats) -> Complexes:  # −K G = κ/a, critical at −1
-        stiffness, force = loop.stiffness_and_force(at, mass_kg)
+        stiffness, force = loop.stiffness_and_force(at, share)
         return np.asarray(force / stiffness, dtype=complex)
 
     at_rest = np.zeros(0 if loop.controller.has_integrator else 1)  # the loop is real at z = 1, and nowhere near it

@@ -18,13 +18,12 @@ from numpy.typing import NDArray
 
 from magbear_cli.analysis.axis_cover import cover_axis
 from magbear_cli.analysis.exact_polynomial import Polynomial, exact_transfer_function, is_hurwitz
-from magbear_cli.analysis.gridless import LevelProof, enclosed_fraction, polynomial_on_axis
+from magbear_cli.analysis.gridless import Disc, LevelProof, enclosed_fraction, level_conditions, polynomial_on_axis
 from magbear_cli.analysis.interval import Enclosure, Interval
 from magbear_cli.analysis.sampled_loop import SampledLoop
 from magbear_cli.analysis.weight_enclosure import squared_modulus, squared_polynomial
 from magbear_cli.lti.sampled_system import SampledSystem
-from magbear_cli.model.held_plant import hold_mass, hold_shares, stiffness_residue_n_per_m
-from magbear_cli.model.problem import UncertainParameter
+from magbear_cli.model.held_plant import hold_shares_at, hold_stiffness
 
 Floats = NDArray[np.float64]
 
@@ -41,7 +40,7 @@ def prove_sampled_level(loop: SampledLoop, level: float) -> LevelProof:
     num, den = transformed(loop.controller)
     prover = _Prover.of(loop, (num, den), level)
     if not is_hurwitz(prover.member()):
-        sentence = f"the sampled loop with m = {loop.problem.mass.low_kg:.6g} kg is not stable"
+        sentence = f"the sampled loop with m = {loop.problem.family.first.mass_kg:.6g} kg is not stable"
         return LevelProof(proved=False, sentence=sentence, level=level)
     with np.errstate(all="ignore"):
         cover = cover_axis(lambda x, fast: prover.conditions(x, fast=fast))
@@ -102,7 +101,7 @@ class _Prover:
     num: Polynomial
     den: Polynomial
     hold: tuple[Interval, Interval]  # of s and of s²; the constant is 1
-    ends: tuple[tuple[Interval, Interval], ...]  # µ and k_z
+    ends: tuple[tuple[Interval, Interval, Interval], ...]  # µ, k_z and k_i
     level: float
     unit: float  # where the two halves of the axis meet, a power of two
 
@@ -113,8 +112,8 @@ class _Prover:
         num = _product(quotient[0], _power([Fraction(-1), Fraction(1)], late))
         den = _product(quotient[1], _power([Fraction(1), Fraction(1)], late))
         if sampling.part_s > 0.0:
-            masses = np.array([problem.mass.low_kg, problem.mass.high_kg])
-            r0, r2 = (_widened(*share) for share in hold_shares(problem, sampling, masses))
+            slow, fast = (hold_shares_at(pole, sampling) for pole in problem.family.pole_range)
+            r0, r2 = (_widened(low, high) for low, high in zip(fast, slow, strict=True))
             hold = (r0 - r2, r0 + r2 - 1.0)
         else:
             hold = (Interval.of(-1.0), Interval.of(0.0))  # without a part of a sample h has (1 − s) alone
@@ -123,9 +122,9 @@ class _Prover:
 
     def member(self) -> Polynomial:
         """(µ s² − k_z) a − k_i n of one member of the family, exactly."""
-        (mass, k_z), k_i = self.ends[0], Fraction(self.loop.problem.current_stiffness_n_per_a)
+        held, k_z, k_i = (Fraction(float(part.low)) for part in self.ends[0])
         odd, even = (Fraction(float(part.low)) for part in self.hold)
-        loop = _product(self.den, [Fraction(float(mass.low)), Fraction(0), -Fraction(float(k_z.low))])
+        loop = _product(self.den, [held, Fraction(0), -k_z])
         pushed = _product(self.num, [even, odd, Fraction(1)])
         missing = [Fraction(0)] * (len(loop) - len(pushed))
         return [one - k_i * other for one, other in zip(loop, missing + pushed, strict=True)]
@@ -140,30 +139,19 @@ class _Prover:
         problem, omega = self.loop.problem, self._omega(x, fast=fast)
         num, den = self._coefficients(fast=fast)
         n, a = polynomial_on_axis(num, x), polynomial_on_axis(den, x)
-        k_i = Interval.of(problem.current_stiffness_n_per_a)
         w1_a = squared_modulus(problem.performance, omega).root() * squared_polynomial(den, x).root()
         limited = x.of_constant(0.0)
         if problem.omega_c_rad_s is not None:
             w3 = omega.square() * (Interval.of(1.0) / problem.omega_c_rad_s / problem.omega_c_rad_s)
-            limited = squared_polynomial(num, x).root() * w3 * k_i
-        pulled = [part * (-k_i if fast else k_i) for part in n]
+            limited = squared_polynomial(num, x).root() * w3
         square, one = x.square(), x.of_constant(1.0)
         inertia, rest = (one, square) if fast else (square, one)
         discs = []
-        for mass, k_z in self.ends:
-            own = inertia * (mass * self.unit * self.unit) + rest * k_z
-            discs.append((a[0] * own + pulled[0], a[1] * own + pulled[1], w1_a * own + limited))
-        first, last = discs[0], discs[-1]
-        sizes = [self._form(disc, disc) for disc in (first, last)]
-        if len(discs) == 1:
-            return sizes[:1]
-        return [*sizes, self._form(first, last) + sizes[0].root() * sizes[1].root()]
-
-    def _form(self, one: tuple[Enclosure, ...], other: tuple[Enclosure, ...]) -> Enclosure:
-        level = Interval.of(self.level).square()
-        if one is other:
-            return (one[0].square() + one[1].square()) * level - one[2].square()
-        return (one[0] * other[0] + one[1] * other[1]) * level - one[2] * other[2]
+        for held, k_z, k_i in self.ends:
+            own = inertia * (held * self.unit * self.unit) + rest * k_z
+            pulled = -k_i if fast else k_i
+            discs.append(Disc(a[0] * own + n[0] * pulled, a[1] * own + n[1] * pulled, w1_a * own + limited * k_i))
+        return level_conditions(discs, self.level)
 
     def _coefficients(self, *, fast: bool) -> tuple[list[Interval], list[Interval]]:
         """Numerator and denominator in x, the first with two more coefficients; read backwards on the fast half."""
@@ -194,19 +182,17 @@ class _Prover:
         return Enclosure(_widened(*ends[2:]) * scale, _widened(*ends[:2]) * scale, slope, x.reach)
 
 
-def _ends(loop: SampledLoop) -> tuple[tuple[Interval, Interval], ...]:
-    """µ and k_z at both ends of the family."""
-    problem, sampling = loop.problem, loop.sampling
+def _ends(loop: SampledLoop) -> tuple[tuple[Interval, Interval, Interval], ...]:
+    """µ, k_z and k_i of both ends: (µ v² + k_z)/k_i of every plant of the box lies between theirs at every v.
+
+    µ rises with the mass and with k_z, and (µ v² + k_z)/k_z falls with k_z, so that a factor common to both
+    stiffnesses moves the quotient as it does in continuous time.
+    """
     ends = []
-    for mass in problem.end_masses_kg:
-        k_z = problem.stiffness_n_per_m(mass)
-        if problem.uncertain is UncertainParameter.MASS:
-            value = float(hold_mass(problem, sampling, mass))
-            ends.append((_widened(value, value), Interval.of(k_z)))
-            continue
-        straight = 4.0 * problem.inertia_kg(mass) / sampling.sample_time_s**2 + 2.0 * k_z / 3.0
-        low, high = stiffness_residue_n_per_m(problem, sampling)
-        ends.append((_widened(straight + low, straight + high), _widened(k_z, k_z)))
+    for plant in loop.problem.family.ends:
+        held = hold_stiffness(plant, loop.sampling)
+        k_z, k_i = plant.negative_stiffness_n_per_m, plant.current_stiffness_n_per_a
+        ends.append((_widened(held, held), Interval.of(k_z), Interval.of(k_i)))
     return tuple(ends)
 
 

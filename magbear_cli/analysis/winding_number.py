@@ -1,6 +1,6 @@
 """The number of unstable closed-loop poles, counted on the Nyquist curve and not by eigenvalues.
 
-F(s) = k_z + k_i K(s) − m s² has the closed-loop poles for zeros, the poles of K for poles, and two more poles at
+F(s) = a + b K(s) − s² has the closed-loop poles for zeros, the poles of K for poles, and two more poles at
 infinity. By the argument principle on the right half-plane, an upward half of the axis turns F by π (1 + P − Z), where
 P poles of K and Z closed-loop poles are unstable. A hidden unstable mode of K is in both counts.
 """
@@ -60,10 +60,8 @@ def dense_response(controller: StateSpace, s: NDArray[np.complexfloating[Any, An
     return response
 
 
-def unstable_poles(
-    problem: ControlProblem, controller: StateSpace, mass_kg: float, omega_rad_s: Floats
-) -> UnstablePoles:
-    """The number of closed-loop poles in the right half-plane for one mass, from the turning of F.
+def unstable_poles(problem: ControlProblem, controller: StateSpace, share: float, omega_rad_s: Floats) -> UnstablePoles:
+    """The number of closed-loop poles in the right half-plane for one member, from the turning of F.
 
     Parameters
     ----------
@@ -74,6 +72,7 @@ def unstable_poles(
     The poles of K whose sign is below their rounding error are left to the left of the curve, which is shifted to the
     right by twice that error; the closed-loop poles between the axis and the curve are then not seen.
     """
+    a, b = float(problem.family.pole_squared(share)), float(problem.family.acceleration_per_current(share))
     values, errors = controller_poles(controller)
     doubtful = np.abs(values.real) <= errors
     shift = 2.0 * float(np.max(np.maximum(errors, np.abs(values.real))[doubtful], initial=0.0))
@@ -81,11 +80,10 @@ def unstable_poles(
 
     def curve(omega: Floats) -> Complexes:
         s = shift + 1j * omega
-        force = problem.current_stiffness_n_per_a * dense_response(controller, s)
-        return problem.stiffness_n_per_m(mass_kg) + force - problem.inertia_kg(mass_kg) * s**2
+        return np.asarray(a + b * dense_response(controller, s) - s**2, dtype=complex)
 
     try:
-        omega = np.concatenate([[0.0], omega_rad_s, _far(problem, controller, mass_kg, omega_rad_s[-1])])
+        omega = np.concatenate([[0.0], omega_rad_s, _far((a, b), controller, omega_rad_s[-1])])
         turned, points = _turning(curve, omega)
     except np.linalg.LinAlgError:
         return UnstablePoles(None, 0, shift, "the controller has a pole on the curve")
@@ -99,14 +97,11 @@ def unstable_poles(
     return UnstablePoles(round(count), points, shift)
 
 
-def _far(problem: ControlProblem, controller: StateSpace, mass_kg: float, last: float) -> Floats:
-    """Frequencies from the last to where m ω² is 1e6 times all that K and k_z can add."""
-    gain = abs(problem.current_stiffness_n_per_a) * abs(complex(dense_response(controller, np.array([1j * last]))[0]))
-    gain = max(gain, abs(problem.current_stiffness_n_per_a * float(controller.d[0, 0])))
-    end = max(
-        1e3 * float(np.sqrt((gain + abs(problem.stiffness_n_per_m(mass_kg))) / problem.inertia_kg(mass_kg))),
-        10.0 * last,
-    )
+def _far(plant: tuple[float, float], controller: StateSpace, last: float) -> Floats:
+    """Frequencies from the last to where ω² is 1e6 times all that a and b K can add."""
+    gain = abs(complex(dense_response(controller, np.array([1j * last]))[0]))
+    gain = max(gain, abs(float(controller.d[0, 0])))
+    end = max(1e3 * float(np.sqrt(plant[1] * gain + plant[0])), 10.0 * last)
     return np.geomspace(last, end, 100)[1:]
 
 

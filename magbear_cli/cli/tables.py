@@ -147,8 +147,9 @@ def _uncertain(outcome: CaseOutcome) -> str:
     uncertain = outcome.inputs.get("uncertain")
     if not uncertain:
         return DASH
-    symbol = {"force_constant": "k_0", "negative_stiffness": "k_z"}[uncertain["parameter"]]
-    return f"{symbol} × {'-'.join(f'{factor:.4g}' for factor in uncertain['factor'])}"
+    symbols = {"force_constant": "k_0", "negative_stiffness": "k_z", "current_stiffness": "k_i"}
+    told = (f"{symbols[name]} × {'-'.join(f'{value:.4g}' for value in span)}" for name, span in uncertain.items())
+    return "\n".join(told)
 
 
 def _mass(mass_kg: float | list[float]) -> str:

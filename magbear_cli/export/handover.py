@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 from magbear_cli.errors import InputError
 from magbear_cli.lti.state_space import StateSpace
 from magbear_cli.model.bearing import Bearing
+from magbear_cli.model.family import Plant
 from magbear_cli.model.problem import ControlProblem
-from magbear_cli.study.building import build_bearing
-from magbear_cli.study.members import Member, Uncertainty, end_members, mass_ends_kg, member_values, uncertainty
+from magbear_cli.study.building import build_bearing, mass_ends_kg
+from magbear_cli.study.members import Uncertainty, end_members, uncertainty
 from magbear_cli.study.outcome import CaseOutcome
 from magbear_cli.study.sampling import SampledDesign, problem_of
 from magbear_cli.study.summary import case_document
@@ -29,12 +30,8 @@ MEMBERS = {
     Uncertainty.MASS: "the mass uncertain between",
     Uncertainty.NEGATIVE_STIFFNESS: "the negative stiffness k_z uncertain between",
     Uncertainty.FORCE_CONSTANT: "the force constant, and k_i and k_z with it, uncertain between",
-    Uncertainty.MASS_AND_FORCE_CONSTANT: "mass and force constant uncertain, the ends of the family",
-}
-WORST = {
-    Uncertainty.NEGATIVE_STIFFNESS: "worst_negative_stiffness_n_per_m",
-    Uncertainty.FORCE_CONSTANT: "worst_force_constant_factor",
-    Uncertainty.MASS_AND_FORCE_CONSTANT: "worst_equivalent_mass_kg",
+    Uncertainty.CURRENT_STIFFNESS: "the current stiffness k_i uncertain between",
+    Uncertainty.SEVERAL: "several parameters uncertain, the ends of the family",
 }
 _AMPLITUDE_M = 10.0e-6
 
@@ -70,7 +67,7 @@ class Handover:
         )
 
     @property
-    def members(self) -> tuple[Member, ...]:
+    def members(self) -> tuple[Plant, ...]:
         """The ends of the family of plants that the controller is for; one where nothing is uncertain."""
         return end_members(self.outcome.inputs)
 
@@ -113,7 +110,7 @@ class Handover:
         problem, bearing = self.problem, self.bearing
         return {
             "study": self.study,
-            "case": self._case(),
+            "case": case_document(self.outcome),
             "units": {"input": "m", "output": "A", "time": "s"},
             "convention": "u = K y, positive feedback; plant k_i/(m s^2 - k_z)",
             "specification": {
@@ -125,8 +122,9 @@ class Handover:
                 "uncertain": uncertainty(self.outcome.inputs).value if len(self.members) > 1 else None,
                 "members": [asdict(one) for one in self.members],
                 "between": BETWEEN,
-                "current_stiffness_n_per_a": problem.current_stiffness_n_per_a,
-                "negative_stiffness_n_per_m": problem.negative_stiffness_n_per_m,
+                "nominal": asdict(problem.nominal),
+                "current_stiffness_n_per_a": problem.nominal.current_stiffness_n_per_a,
+                "negative_stiffness_n_per_m": problem.nominal.negative_stiffness_n_per_m,
                 "mass_kg": list(mass_ends_kg(self.outcome.inputs)),
                 "air_gap_m": bearing.air_gap_m,
                 "bias_current_a": bearing.bias_current_a,
@@ -134,16 +132,6 @@ class Handover:
                 "current_law": bearing.current_law.value,
             },
         }
-
-    def _case(self) -> dict[str, Any]:
-        """The document of the case, its worst member told by what it is and not by an equivalent mass."""
-        document, worst = case_document(self.outcome), self.outcome.summary.worst_mass_kg
-        kind = uncertainty(self.outcome.inputs)
-        if kind is Uncertainty.MASS or worst is None:
-            return document
-        value = float(member_values(self.outcome.inputs, worst))
-        document["worst_mass_kg"] = None if kind is Uncertainty.MASS_AND_FORCE_CONSTANT else self.outcome.mass_kg
-        return {**document, WORST[kind]: value}
 
 
 def identifier(text: str) -> str:

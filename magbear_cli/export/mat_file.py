@@ -9,7 +9,7 @@ import numpy as np
 from scipy.io import savemat
 
 from magbear_cli.export.handover import Floats, Handover
-from magbear_cli.study.members import mass_ends_kg
+from magbear_cli.study.building import mass_ends_kg
 
 LOADERS = ("magbear_controller.m", "magbear_simulate.m")
 _HEADER_BYTES = 116  # free text, in which the writer puts the time of writing
@@ -35,7 +35,7 @@ def _variables(handover: Handover) -> dict[str, object]:
         "Ts": 0.0 if sampled is None else sampled.sampling.sample_time_s,
         "name": handover.name, "about": handover.summary,
         "input_name": "position", "input_unit": "m", "output_name": "current", "output_unit": "A",
-        "k_i": problem.current_stiffness_n_per_a, "k_z": problem.negative_stiffness_n_per_m,
+        "k_i": problem.nominal.current_stiffness_n_per_a, "k_z": problem.nominal.negative_stiffness_n_per_m,
         "mass_kg": np.array([mass_ends_kg(handover.outcome.inputs)]),
         "members_mass_kg": np.array([[one.mass_kg for one in handover.members]]),
         "members_k_i": np.array([[one.current_stiffness_n_per_a for one in handover.members]]),

@@ -96,15 +96,15 @@ def ross_files(handover: Handover) -> dict[str, bytes]:
     if handover.sampled is not None:
         raise InputError("ROSS takes the controller in continuous time: leave --sample-time out")
     num, den = transfer_function(handover.controller)
-    problem, bearing = handover.problem, handover.bearing
+    nominal, bearing = handover.problem.nominal, handover.bearing
     share = bearing.current_share
     # the centred bearing with the stiffnesses of the operating point; at the origin it is the bearing itself
-    bias = problem.negative_stiffness_n_per_m * bearing.air_gap_m * share / problem.current_stiffness_n_per_a
-    constant = problem.current_stiffness_n_per_a / share * bearing.air_gap_m**2 / (4.0 * bias)
+    bias = nominal.negative_stiffness_n_per_m * bearing.air_gap_m * share / nominal.current_stiffness_n_per_a
+    constant = nominal.current_stiffness_n_per_a / share * bearing.air_gap_m**2 / (4.0 * bias)
     text = _ROSS.format(
         about=_line(handover.summary),
-        k_z=problem.negative_stiffness_n_per_m,
-        k_i=problem.current_stiffness_n_per_a,
+        k_z=nominal.negative_stiffness_n_per_m,
+        k_i=nominal.current_stiffness_n_per_a,
         which=_MIDDLE if uncertainty(handover.outcome.inputs) is not Uncertainty.MASS else _KNOWN,
         family="\n".join(_plain(line) for line in handover.family),
         members=_members(handover),

@@ -1,7 +1,8 @@
 """The plant a synthesis method sees: uncertainty, disturbances and control in; force, errors and measurement out.
 
-About the nominal mass 1/m = 1/m_n + Δ·δ, δ in [−1, 1] (the thesis, eqs. 2.16-2.21), the rotor is
-z'' = q/m_n + Δ w, with the force q = k_z z + k_i u and w = δ q. The measurement is y = z + d.
+About the nominal plant, with a = k_z/m and b = k_i/m and half their changes Δa and Δb along the family, the rotor is
+z'' = a z + b u + Δ w with w = δ q, δ in [−1, 1], and the force q = (Δa z + Δb u)/Δ. For a range of the mass Δ is that
+of 1/m and q = k_z z + k_i u (the thesis, eqs. 2.16-2.21). The measurement is y = z + d.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from magbear_cli.errors import NumericsError
 from magbear_cli.lti.connection import lower_lft
 from magbear_cli.lti.conversion import from_transfer_function
 from magbear_cli.lti.state_space import StateSpace
-from magbear_cli.model.problem import ControlProblem, UncertainParameter
+from magbear_cli.model.problem import ControlProblem
 
 Form = Literal["mended", "as_printed"]
 
@@ -46,7 +47,7 @@ def build_generalized_plant(problem: ControlProblem, form: Form = "mended") -> G
 
     Inputs: ``mass_uncertainty`` (w, in N), ``disturbance_w1``, ``disturbance_w3`` (m), ``control`` (A). Outputs:
     ``force`` (q, in N), ``weighted_sensitivity`` (W1 y), ``weighted_complementary`` (W3 z), ``measurement`` (m).
-    A known mass has no first channel, a problem without bandwidth limit no third. States: z, z', those of W1.
+    A known plant has no first channel, a problem without bandwidth limit no third. States: z, z', those of W1.
 
     Parameters
     ----------
@@ -59,7 +60,7 @@ def build_generalized_plant(problem: ControlProblem, form: Form = "mended") -> G
     [k_z/m_n, 0] x/ω_c² + k_i/(m_n ω_c²) u + Δ/ω_c² w. The programs of A.2 and A.5 have −k_z k_i/m_n² in place of
     k_z/m_n and leave out the last term.
     """
-    uncertain, limited = not problem.mass.is_fixed, problem.omega_c_rad_s is not None
+    uncertain, limited = not problem.family.is_fixed, problem.omega_c_rad_s is not None
     w1 = from_transfer_function(problem.performance.num, problem.performance.den)
     a, b, force, acceleration = _rotor(problem)
     n = w1.order
@@ -110,15 +111,23 @@ _DISTURBED = np.array([[0.0, 1.0, 1.0, 0.0]])
 Row = NDArray[np.float64]
 
 
+def uncertainty_unit(problem: ControlProblem) -> float:
+    """Δ in 1/kg: the channel's force q, in N, makes the acceleration Δ δ q; of a range of the mass half that of 1/m."""
+    spread_a, spread_b = problem.family.spread
+    nominal = problem.nominal
+    shares = spread_a / nominal.negative_stiffness_n_per_m, spread_b / nominal.current_stiffness_n_per_a
+    return max(shares, key=abs)
+
+
 def _rotor(problem: ControlProblem) -> tuple[Row, Row, Row, Row]:
     """A and B of the rotor, and the rows of force and acceleration over (z, z', the four inputs)."""
-    inverse_mass, deviation = 1.0 / problem.mass.nominal_kg, problem.mass.inverse_deviation_per_kg
-    k_z, k_i = problem.negative_stiffness_n_per_m, problem.current_stiffness_n_per_a
-    force = np.array([[k_z, 0.0, 0.0, 0.0, 0.0, k_i]])
-    acceleration = inverse_mass * force + np.array([[0.0, 0.0, deviation, 0.0, 0.0, 0.0]])
+    nominal, unit = problem.nominal, uncertainty_unit(problem)
+    a, b = nominal.pole_squared, nominal.acceleration_per_current
+    force = np.zeros((1, 6))
+    if unit:
+        force[0, [0, 5]] = np.array(problem.family.spread) / unit
+    acceleration = np.array([[a, 0.0, unit, 0.0, 0.0, b]])
     both = np.vstack([[[0.0, 1.0, 0.0, 0.0, 0.0, 0.0]], acceleration])
-    if problem.uncertain is UncertainParameter.NEGATIVE_STIFFNESS:
-        force = np.array([[k_z, 0.0, 0.0, 0.0, 0.0, 0.0]])
     return both[:, :2], both[:, 2:], force, acceleration
 
 
@@ -128,7 +137,6 @@ def _weighted_position(problem: ControlProblem, acceleration: Row, form: Form) -
         return np.zeros_like(acceleration)
     row = acceleration.copy()
     if form == "as_printed":
-        inverse_mass = 1.0 / problem.mass.nominal_kg
-        row[0, 0] *= -problem.current_stiffness_n_per_a * inverse_mass
+        row[0, 0] *= -problem.nominal.acceleration_per_current
         row[0, 2] = 0.0
     return row / problem.omega_c_rad_s**2

@@ -19,11 +19,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from magbear_cli.errors import NumericsError
 from magbear_cli.lti.state_space import StateSpace
-from magbear_cli.model.problem import ControlProblem, UncertainParameter
+from magbear_cli.model.family import Plant
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -62,21 +62,25 @@ class Sampling:
         return float(np.pi / self.sample_time_s)
 
 
-def hold_mass(problem: ControlProblem, sampling: Sampling, mass_kg: ArrayLike) -> Floats:
-    """µ = k_z coth²(√q T/2) in N/m, of the shape of the masses; it rises with the mass."""
-    mass = np.asarray(mass_kg, dtype=float)
-    return np.asarray(problem.stiffness_n_per_m(mass) / np.tanh(_half_angle(problem, sampling, mass)) ** 2, dtype=float)
+def hold_stiffness(plant: Plant, sampling: Sampling) -> float:
+    """µ = k_z coth²(√q T/2) in N/m; it rises with the mass and with k_z."""
+    return float(plant.negative_stiffness_n_per_m / np.tanh(_half_angle(plant, sampling)) ** 2)
 
 
-def hold_shares(problem: ControlProblem, sampling: Sampling, mass_kg: ArrayLike) -> tuple[Floats, Floats]:
-    """(r0, r2), each of the shape of the masses and between 0 and 1; both rise with the mass."""
-    half = _half_angle(problem, sampling, np.asarray(mass_kg, dtype=float))
+def hold_shares(plant: Plant, sampling: Sampling) -> tuple[float, float]:
+    """(r0, r2), each between 0 and 1; both fall with the speed of the unstable pole."""
+    return hold_shares_at(plant.pole_rad_s, sampling)
+
+
+def hold_shares_at(pole_rad_s: float, sampling: Sampling) -> tuple[float, float]:
+    """(r0, r2) for an unstable pole at this speed."""
+    half = 0.5 * sampling.sample_time_s * pole_rad_s
     part = sampling.part_s / sampling.sample_time_s
-    shares = [(np.sinh(share * half) / np.sinh(half)) ** 2 for share in (1.0 - part, part)]
-    return shares[0], shares[1]
+    r0, r2 = ((np.sinh(share * half) / np.sinh(half)) ** 2 for share in (1.0 - part, part))
+    return float(r0), float(r2)
 
 
-def hold_filter(sampling: Sampling, shares: tuple[Floats, Floats], angle_rad: Floats) -> Complexes:
+def hold_filter(sampling: Sampling, shares: tuple[float, float], angle_rad: Floats) -> Complexes:
     """The hold's h cos²(θ/2) at s = j tan(θ/2); the angle θ is ω T, and everything broadcasts."""
     r0, r2 = shares
     cosine, sine = np.cos(angle_rad / 2.0), np.sin(angle_rad / 2.0)
@@ -84,11 +88,10 @@ def hold_filter(sampling: Sampling, shares: tuple[Floats, Floats], angle_rad: Fl
     return np.asarray((even + 1j * odd) * np.exp(-1j * angle_rad * (sampling.whole_samples + 1)), dtype=complex)
 
 
-def held_plant(problem: ControlProblem, sampling: Sampling, mass_kg: float) -> StateSpace:
+def held_plant(plant: Plant, sampling: Sampling) -> StateSpace:
     """The same plant as exact matrices in δ = z − 1: position, speed, and the currents that are still to be applied."""
     time, part, waiting = sampling.sample_time_s, sampling.part_s, sampling.whole_samples + (sampling.part_s > 0.0)
-    rate = float(np.sqrt(problem.stiffness_n_per_m(mass_kg) / problem.inertia_kg(mass_kg)))
-    push = problem.current_stiffness_n_per_a / problem.inertia_kg(mass_kg)
+    rate, push = plant.pole_rad_s, plant.acceleration_per_current
 
     def moved(duration: float) -> Floats:  # what a unit current does to position and speed
         return push * np.array([2.0 * (np.sinh(rate * duration / 2.0) / rate) ** 2, np.sinh(rate * duration) / rate])
@@ -110,18 +113,5 @@ def held_plant(problem: ControlProblem, sampling: Sampling, mass_kg: float) -> S
     return StateSpace(a, b, np.eye(1, n), np.zeros((1, 1)))
 
 
-def _half_angle(problem: ControlProblem, sampling: Sampling, mass_kg: Floats) -> Floats:
-    rate = np.sqrt(problem.stiffness_n_per_m(mass_kg) / problem.inertia_kg(mass_kg))
-    return np.asarray(0.5 * sampling.sample_time_s * rate, dtype=float)
-
-
-def stiffness_residue_n_per_m(problem: ControlProblem, sampling: Sampling) -> tuple[float, float]:
-    """Bounds of µ − (4 m/T² + 2 k_z/3), where the stiffness is uncertain and µ is not affine in it.
-
-    k (coth² x − 1/x² − 2/3) with x² = k T²/(4 m) rises from zero with k, as x²/15 does.
-    """
-    if problem.uncertain is UncertainParameter.MASS:
-        return 0.0, 0.0
-    stiffness = problem.stiffness_n_per_m(problem.mass.low_kg)  # the stiffest bearing has the least equivalent mass
-    square = float(_half_angle(problem, sampling, np.array(problem.mass.low_kg))) ** 2
-    return 0.0, 1.001 * stiffness * square / 15.0
+def _half_angle(plant: Plant, sampling: Sampling) -> float:
+    return 0.5 * sampling.sample_time_s * plant.pole_rad_s

@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from magbear_cli.errors import NumericsError
-from magbear_cli.model.problem import ControlProblem, RationalWeight, UncertainParameter
+from magbear_cli.model.problem import ControlProblem, RationalWeight
 
 HIGHEST_RELATIVE_DEGREE = 3
 PAIR_NUMBERS = 4  # of a second-order term: natural frequency, damping, and two coefficients
@@ -28,7 +28,7 @@ class ImpossibilityCertificate:
     lag of G_Y makes its 1/s term vanish; when W1 vanishes at rest, the constant of G_X makes G_X(0) = −G_Y(0).
 
     It proves its level when at every ω there are R, P ≥ 0 with |G_Y + level·R| < |W1| R, |G_X − level·P| < |W3| P and
-    k_z + m_low ω² ≤ k_z R/P ≤ k_z + m_high ω².
+    R/P between the ρ of both ends of the family, over the first end's k_z/k_i.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def without_certificate(problem: ControlProblem) -> str:
 
 def derives_constant(problem: ControlProblem) -> bool:
     """Whether G_X(0) = −G_Y(0): where W1 vanishes at rest and every plant has the same stiffness there."""
-    return vanishes_at_rest(problem.performance) and problem.uncertain is UncertainParameter.MASS
+    return vanishes_at_rest(problem.performance) and problem.family.is_known_at_rest
 
 
 def fast_end_excess(weight: RationalWeight, level: float) -> int:

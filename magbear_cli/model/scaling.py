@@ -1,13 +1,14 @@
-"""The control problem in its own units: k_z = k_i = 1, nominal mass 1, so that metres, amperes and rad/s drop out."""
+"""The control problem in its own units: nominal mass and stiffnesses 1, so that metres, amperes and rad/s drop out."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from magbear_cli.lti.state_space import StateSpace
-from magbear_cli.model.problem import ControlProblem, MassRange, RationalWeight
+from magbear_cli.model.family import Plant, PlantFamily
+from magbear_cli.model.problem import ControlProblem, RationalWeight
 
 
 @dataclass(frozen=True)
@@ -26,25 +27,26 @@ class Scaling:
 
 
 def scale_problem(problem: ControlProblem) -> tuple[ControlProblem, Scaling]:
-    """The problem with time in units of the unstable pole and current in units of k_z/k_i, and the way back.
+    """The problem with time in units of the nominal unstable pole and current in those of k_z/k_i, and the way back.
 
-    m s² z = k_z z + k_i u becomes m' s'² z = z + u' with m' = m/m_nominal, s' = s/ω0, ω0² = k_z/m_nominal. S, T and
-    hence every level stay as they are.
+    m s² z = k_z z + k_i u becomes m' s'² z = k_z' z + k_i' u' with each parameter in units of the nominal plant's,
+    s' = s/ω0, ω0² = k_z/m. S, T and hence every level stay as they are.
     """
-    omega = problem.natural_rad_s
-    nominal = problem.mass.nominal_kg
-    low = problem.mass.low_kg / nominal
-    high = low if problem.mass.is_fixed else problem.mass.high_kg / nominal
-    scaled = replace(
-        problem,
-        negative_stiffness_n_per_m=1.0,
-        current_stiffness_n_per_a=1.0,
-        mass=MassRange(low, high),
-        performance=scale_weight(problem.performance, omega),
-        omega_c_rad_s=None if problem.omega_c_rad_s is None else problem.omega_c_rad_s / omega,
+    nominal, omega = problem.nominal, problem.natural_rad_s
+    first, last = (
+        Plant(
+            plant.mass_kg / nominal.mass_kg,
+            plant.negative_stiffness_n_per_m / nominal.negative_stiffness_n_per_m,
+            plant.current_stiffness_n_per_a / nominal.current_stiffness_n_per_a,
+        )
+        for plant in (problem.family.first, problem.family.last)
     )
-    gain = problem.negative_stiffness_n_per_m / problem.current_stiffness_n_per_a
-    return scaled, Scaling(omega, gain)
+    scaled = ControlProblem(
+        PlantFamily(first, last),
+        scale_weight(problem.performance, omega),
+        None if problem.omega_c_rad_s is None else problem.omega_c_rad_s / omega,
+    )
+    return scaled, Scaling(omega, nominal.negative_stiffness_n_per_m / nominal.current_stiffness_n_per_a)
 
 
 def scale_weight(weight: RationalWeight, omega_rad_s: float) -> RationalWeight:

@@ -10,6 +10,7 @@ from magbear_cli.report.members import Members
 from magbear_cli.report.numbers import significant
 from magbear_cli.report.series import Labels, file_stem, frequency_view
 from magbear_cli.report.thinning import thinned
+from magbear_cli.study.members import members_of
 from magbear_cli.study.outcome import CaseOutcome, Complexes, Floats, FrequencyStudy
 
 _PER_MICROMETRE = 1e-6
@@ -32,7 +33,7 @@ def control_sensitivity_drawing(
     omega = study.omega_rad_s[shown]
     upper, lower = grid[0][0], grid[1][0]
     members = Members(outcome)
-    for index, (mass, row) in enumerate(zip(study.masses_kg, study.control_sensitivity_a_per_m, strict=True)):
+    for index, (one, row) in enumerate(zip(members_of(study), study.control_sensitivity_a_per_m, strict=True)):
         style = pen(index)
         for axes, whole in ((upper, decibel(np.abs(row))), (lower, _phase_deg(row))):
             curve = whole[shown]
@@ -42,7 +43,7 @@ def control_sensitivity_drawing(
                 curve[kept],
                 color=style.color,
                 linestyle=style.linestyle,
-                label=members.name(float(mass)),
+                label=members.name(one),
             )
     frequency_axis(upper, view, label=False)
     frequency_axis(lower, view, hertz=False)
@@ -50,7 +51,7 @@ def control_sensitivity_drawing(
     lower.set_ylabel("phase of −K S (deg)")
     lower.legend(loc="upper right")
     row, column = np.unravel_index(int(np.nanargmax(np.where(np.isfinite(size), size, -1.0))), size.shape)
-    peak, worst = float(size[row, column]), members.name(float(study.masses_kg[row]))
+    peak, worst = float(size[row, column]), members.name(members_of(study)[int(row)])
     if view[0] <= study.omega_rad_s[column] <= view[1]:
         height = float(decibel(size[row, column : column + 1])[0])
         upper.plot(float(study.omega_rad_s[column]), height, "o", markersize=4.5, markerfacecolor="white", color=INK)
@@ -81,11 +82,11 @@ def _columns(study: FrequencyStudy, members: Members) -> dict[str, list[object]]
     return stacked(
         [
             {
-                **members.columns(float(mass), row.size),
+                **members.columns(one, row.size),
                 "omega_rad_s": study.omega_rad_s.tolist(),
                 "abs_ks_a_per_m": np.abs(row).tolist(),
                 "phase_of_minus_ks_deg": _phase_deg(row).tolist(),
             }
-            for mass, row in zip(study.masses_kg, study.control_sensitivity_a_per_m, strict=True)
+            for one, row in zip(members_of(study), study.control_sensitivity_a_per_m, strict=True)
         ]
     )

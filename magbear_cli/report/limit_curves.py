@@ -87,8 +87,8 @@ def _quantities(case: CaseOutcome) -> dict[str, Any]:
     found |= {key: value for key, value in inputs["bearing"].items() if key != "current_law"}
     found |= inputs["operating_point"]
     uncertain = inputs.get("uncertain")
-    if uncertain is not None:
-        found |= dict(zip(("low_factor", "high_factor"), uncertain["factor"], strict=True))
+    for name, (low, high) in (uncertain or {}).items():
+        found |= {f"{name}_low_factor": low, f"{name}_high_factor": high}
     return found
 
 

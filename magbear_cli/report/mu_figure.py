@@ -22,6 +22,7 @@ from magbear_cli.report.members import Members
 from magbear_cli.report.numbers import significant, with_unit
 from magbear_cli.report.series import Labels, file_stem, frequency_view
 from magbear_cli.report.thinning import thinned
+from magbear_cli.study.members import worst_member
 from magbear_cli.study.outcome import CaseOutcome, FrequencyStudy
 
 Floats = NDArray[np.float64]
@@ -114,7 +115,8 @@ def _worst_text(outcome: CaseOutcome) -> str:
     summary, members = outcome.summary, Members(outcome)
     if summary.worst_case is None or not np.isfinite(summary.worst_case):
         return f"worst real {members.noun}"
-    where = [] if summary.worst_mass_kg is None else [members.name(summary.worst_mass_kg)]
+    worst = worst_member(summary)
+    where = [] if worst is None else [members.name(worst)]
     omega = summary.worst_omega_rad_s
     if omega is not None and np.isfinite(omega) and omega > 0:
         where.append(with_unit(omega, "rad/s"))

@@ -12,6 +12,7 @@ from magbear_cli.report.drawing import Drawing, stacked
 from magbear_cli.report.members import Members
 from magbear_cli.report.numbers import significant, with_unit
 from magbear_cli.report.series import Labels, file_stem
+from magbear_cli.study.members import members_of
 from magbear_cli.study.outcome import CaseOutcome, Complexes, FrequencyStudy
 
 Floats = NDArray[np.float64]
@@ -84,10 +85,10 @@ def _draw_plane(axes: Axes, distance: float) -> None:
 
 def _draw_curves(axes: Axes, study: FrequencyStudy, gain: Complexes, members: Members) -> None:
     left, right, bottom, top = _VIEW
-    for index, (mass, row) in enumerate(zip(study.masses_kg, gain, strict=True)):
+    for index, (member, row) in enumerate(zip(members_of(study), gain, strict=True)):
         near = (row.real > 2 * left) & (row.real < 2 * right) & (row.imag > 2 * bottom) & (row.imag < 2 * top)
         curve, style = np.where(near, row, np.nan), pen(index)
-        axes.plot(curve.real, curve.imag, color=style.color, linestyle=style.linestyle, label=members.name(float(mass)))
+        axes.plot(curve.real, curve.imag, color=style.color, linestyle=style.linestyle, label=members.name(member))
         axes.plot(curve.real, -curve.imag, color=style.color, linewidth=0.5, alpha=0.6)
 
 
@@ -131,11 +132,11 @@ def _columns(study: FrequencyStudy, gain: Complexes, members: Members) -> dict[s
     return stacked(
         [
             {
-                **members.columns(float(mass), row.size),
+                **members.columns(member, row.size),
                 "omega_rad_s": study.omega_rad_s.tolist(),
                 "real_loop_gain": row.real.tolist(),
                 "imag_loop_gain": row.imag.tolist(),
             }
-            for mass, row in zip(study.masses_kg, gain, strict=True)
+            for member, row in zip(members_of(study), gain, strict=True)
         ]
     )

@@ -14,6 +14,7 @@ from magbear_cli.report.drawing import Drawing, stacked
 from magbear_cli.report.members import Members
 from magbear_cli.report.numbers import significant
 from magbear_cli.report.series import Labels, file_stem
+from magbear_cli.study.members import members_of
 from magbear_cli.study.outcome import CaseOutcome, Complexes, PoleStudy
 
 Floats = NDArray[np.float64]
@@ -87,11 +88,11 @@ def _ticks(decades: list[int], *, both: bool) -> list[float]:
 def _draw(axes: Axes, study: PoleStudy, upper: NDArray[np.bool_], members: Members) -> None:
     axes.axvspan(0.0, 1e30, facecolor="#f3e3da", edgecolor=RUST, hatch="///", linewidth=0.0, alpha=0.6, zorder=0)
     axes.axvline(0.0, color=INK, linewidth=0.9)
-    own = members.values(study.masses_kg)
+    own = members.values(members_of(study))
     values = np.broadcast_to(own[:, None], study.poles_rad_s.shape)[upper]
     poles = study.poles_rad_s[upper]
     low, high = float(own.min()), float(own.max())
-    ends = {float(value): members.name(float(mass)) for value, mass in zip(own, study.masses_kg, strict=True)}
+    ends = {float(value): members.name(one) for value, one in zip(own, members_of(study), strict=True)}
     colours = ListedColormap(colormaps["cividis"](np.linspace(0.0, 0.75, 256)))
     norm = Normalize(low, high if high > low else low + 1.0)
     scatter = axes.scatter(
@@ -117,7 +118,7 @@ def _draw(axes: Axes, study: PoleStudy, upper: NDArray[np.bool_], members: Membe
         bar.set_label(members.axis)
         bar.outline.set_linewidth(0.5)
     largest = float(np.nanmax(study.poles_rad_s.real))
-    family = f"over {members.span(study.masses_kg)}" if high > low else f"at {ends[low]}"
+    family = f"over {members.span(members_of(study))}" if high > low else f"at {ends[low]}"
     panel_title(axes, f"Largest real part {significant(largest)} rad/s {family}")
 
 
@@ -125,10 +126,10 @@ def _columns(study: PoleStudy, members: Members) -> dict[str, list[object]]:
     return stacked(
         [
             {
-                **members.columns(float(mass), row.size),
+                **members.columns(member, row.size),
                 "real_rad_s": row.real.tolist(),
                 "imag_rad_s": row.imag.tolist(),
             }
-            for mass, row in zip(study.masses_kg, study.poles_rad_s, strict=True)
+            for member, row in zip(members_of(study), study.poles_rad_s, strict=True)
         ]
     )

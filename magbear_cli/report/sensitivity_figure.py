@@ -12,6 +12,7 @@ from magbear_cli.report.members import Members
 from magbear_cli.report.numbers import significant
 from magbear_cli.report.series import Labels, file_stem, frequency_view
 from magbear_cli.report.thinning import thinned
+from magbear_cli.study.members import members_of
 from magbear_cli.study.outcome import CaseOutcome, Complexes, FrequencyStudy
 
 Floats = NDArray[np.float64]
@@ -63,11 +64,9 @@ def _panel(
     shown = (study.omega_rad_s >= view[0]) & (study.omega_rad_s <= view[1])
     omega = study.omega_rad_s[shown]
     curves = [decibel(np.abs(row[shown])) for row in response]
-    for index, (mass, curve) in enumerate(zip(study.masses_kg, curves, strict=True)):
+    for index, (one, curve) in enumerate(zip(members_of(study), curves, strict=True)):
         kept, style = thinned(np.log10(omega), curve), pen(index)
-        axes.plot(
-            omega[kept], curve[kept], color=style.color, linestyle=style.linestyle, label=members.name(float(mass))
-        )
+        axes.plot(omega[kept], curve[kept], color=style.color, linestyle=style.linestyle, label=members.name(one))
     limit = -decibel(bound[shown])
     bounded = bool(np.isfinite(limit).any())
     if bounded:
@@ -102,7 +101,7 @@ def _verdict(
         return f"{symbol} has no finite values", "no finite values"
     row, column = np.unravel_index(int(np.nanargmax(np.where(np.isfinite(weighted), weighted, -1.0))), weighted.shape)
     study, members = shown_case
-    worst, member = float(weighted[row, column]), members.name(float(study.masses_kg[row]))
+    worst, member = float(weighted[row, column]), members.name(members_of(study)[int(row)])
     place = "below" if worst <= 1.0 else "above"
     return (
         f"{symbol} is {place} its bound, the largest |{weight}{symbol}| is {significant(worst)} at {member}",
@@ -113,13 +112,13 @@ def _verdict(
 def _columns(study: FrequencyStudy, members: Members) -> dict[str, list[object]]:
     tables = [
         {
-            **members.columns(float(mass), study.omega_rad_s.size),
+            **members.columns(one, study.omega_rad_s.size),
             "omega_rad_s": study.omega_rad_s.tolist(),
             "abs_sensitivity": np.abs(study.sensitivity[row]).tolist(),
             "abs_complementary_sensitivity": np.abs(study.complementary_sensitivity[row]).tolist(),
             "abs_w1": study.performance_bound.tolist(),
             "abs_w3": study.bandwidth_bound.tolist(),
         }
-        for row, mass in enumerate(study.masses_kg)
+        for row, one in enumerate(members_of(study))
     ]
     return stacked(tables)

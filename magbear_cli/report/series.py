@@ -66,8 +66,8 @@ def uncertain_text(outcome: CaseOutcome) -> str:
     uncertain = outcome.inputs.get("uncertain")
     if uncertain is None:
         return ""
-    low, high = (shortest(factor) for factor in uncertain["factor"])
-    return f", {_spoken(uncertain['parameter'])} × {low} to {high}"
+    spans = ((_spoken(name), shortest(low), shortest(high)) for name, (low, high) in uncertain.items())
+    return "".join(f", {name} × {low} to {high}" for name, low, high in spans)
 
 
 def problem_key(outcome: CaseOutcome, without: str = "") -> str:

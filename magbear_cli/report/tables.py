@@ -22,6 +22,7 @@ from magbear_cli.report.numbers import (
 from magbear_cli.report.series import Labels, file_stem, mass_ends_kg
 from magbear_cli.report.step_words import prefilter_text, step_text
 from magbear_cli.report.verdict import STATUS_MARKS, STATUS_WORDS
+from magbear_cli.study.members import worst_member
 from magbear_cli.study.outcome import CaseOutcome, StepOutcome, StudyResults, Summary
 from magbear_cli.study.summary import repro_line
 
@@ -229,7 +230,7 @@ def case_figures(outcome: CaseOutcome) -> list[tuple[str, str]]:
     pairs = [
         ("level by the method's own account", significant(summary.level)),
         ("worst case proven below", at_most(summary.worst_case_proven)),
-        (f"worst {members.noun}", _worst_member(summary.worst_mass_kg, members)),
+        (f"worst {members.noun}", _worst_member(summary, members)),
         ("worst frequency", _unit(summary.worst_omega_rad_s, "rad/s")),
         ("flatness of µ, 10 … 10⁵ rad/s", significant(summary.mu_flatness, 2)),
         ("gain margin, factors", _margin(summary.gain_margin_low, summary.gain_margin_high)),
@@ -250,8 +251,9 @@ def _count(value: float) -> str:
     return shortest(value) if value.is_integer() else significant(value, 4)
 
 
-def _worst_member(mass_kg: float | None, members: Members) -> str:
-    return MISSING if mass_kg is None or math.isnan(mass_kg) else members.name(mass_kg)
+def _worst_member(summary: Summary, members: Members) -> str:
+    worst = worst_member(summary)
+    return MISSING if worst is None else members.name(worst)
 
 
 def _unit(value: float | None, unit: str) -> str:

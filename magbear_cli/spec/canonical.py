@@ -16,7 +16,7 @@ def canonical(case: Case) -> dict[str, Any]:
         "bearing": case.bearing.model_dump(),
         "operating_point": {"position_m": 0.0, "current_a": 0.0} if point is None else point.model_dump(),
         "mass_kg": list(case.mass_kg) if isinstance(case.mass_kg, list) else case.mass_kg,
-        "uncertain": None if uncertain is None else uncertain.model_dump(),
+        "uncertain": None if uncertain is None else uncertain.ranges(),
         "performance": _rational(case.performance),
         "bandwidth": None if bandwidth is None else bandwidth.model_dump(),
         "controller": case.controller.model_dump(),

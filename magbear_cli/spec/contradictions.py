@@ -35,16 +35,6 @@ def contradictions(case: Case) -> Iterator[Contradiction]:
         )
     elif point is not None:
         yield from _of_control(case.bearing, point)
-    if (
-        case.uncertain is not None
-        and case.uncertain.parameter == "negative_stiffness"
-        and isinstance(case.mass_kg, list)
-    ):
-        yield Contradiction(
-            ("uncertain", "parameter"),
-            "uncertain.parameter is negative_stiffness and mass_kg is a range: one of them may be uncertain at a time",
-            "give one mass, or make force_constant the uncertain parameter",
-        )
     controller = case.controller
     if (
         isinstance(controller, MuConvex)

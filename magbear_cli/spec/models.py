@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BeforeValidator, Field, PlainValidator, WithJsonSchema
+from pydantic import AfterValidator, BeforeValidator, Field, PlainValidator, WithJsonSchema, model_validator
 
 from magbear_cli.spec.methods import METHODS, Controller, order_or_auto
 from magbear_cli.spec.nodes import Path
@@ -51,15 +51,47 @@ class OperatingPoint(Section):
     current_a: float = Field(0.0, ge=-1e4, le=1e4, description="Control current (A).")
 
 
-class Uncertain(Section):
-    """A parameter of the bearing that is known within factors only: one real number, constant in time."""
+Factors = Annotated[list[float], Field(min_length=2, max_length=2), AfterValidator(_rising)]
+UNCERTAIN_PARAMETERS = ("force_constant", "negative_stiffness", "current_stiffness")
 
-    parameter: Literal["force_constant", "negative_stiffness"] = Field(
-        description="k0, which scales both stiffnesses, or the negative stiffness k_z alone."
+
+class Uncertain(Section):
+    """Parameters of the bearing that are known within factors only, each constant in time; any of them together."""
+
+    force_constant: Factors | None = Field(
+        None, description="k0, which scales both stiffnesses: [low, high] over the value that the bearing gives it."
     )
-    factor: Annotated[list[float], Field(min_length=2, max_length=2), AfterValidator(_rising)] = Field(
-        description="[low, high]: the parameter over the value that the bearing gives it."
+    negative_stiffness: Factors | None = Field(
+        None, description="The negative stiffness k_z alone: [low, high] over the value that the bearing gives it."
     )
+    current_stiffness: Factors | None = Field(
+        None, description="The current stiffness k_i alone: [low, high] over the value that the bearing gives it."
+    )
+    parameter: Literal["force_constant", "negative_stiffness", "current_stiffness"] | None = Field(
+        None, description="The older form, for one of them: which one; with factor."
+    )
+    factor: Factors | None = Field(None, description="The older form, for one of them: [low, high]; with parameter.")
+
+    @model_validator(mode="after")
+    def _names_something(self) -> Uncertain:
+        """Refuse a section that names nothing, or names one thing in both forms."""
+        if (self.parameter is None) != (self.factor is None):
+            missing, given = ("factor", "parameter") if self.factor is None else ("parameter", "factor")
+            remedy = "write for example negative_stiffness: [0.8, 1.2]"
+            raise fault("E103", f"has {given} without {missing}", remedy)
+        given_too = self.parameter is not None and getattr(self, self.parameter) is not None
+        if given_too:
+            raise fault("E114", f"gives {self.parameter} twice", "leave parameter and factor out")
+        if not self.ranges():
+            raise fault("E103", "names no parameter", "write for example negative_stiffness: [0.8, 1.2]")
+        return self
+
+    def ranges(self) -> dict[str, list[float]]:
+        """The factors of each parameter that is uncertain."""
+        found = {name: getattr(self, name) for name in UNCERTAIN_PARAMETERS}
+        if self.parameter is not None and self.factor is not None:
+            found[self.parameter] = self.factor
+        return {name: [float(factor) for factor in factors] for name, factors in found.items() if factors is not None}
 
 
 StatesKept = Annotated[Any, *order_or_auto(0, 200)]
@@ -141,7 +173,7 @@ class Case(Section):
     bearing: Annotated[Bearing, PartName("bearings")] = Field(description="The electromagnets, in place or by name.")
     operating_point: OperatingPoint | None = Field(None, description="Where the bearing is linearised.")
     mass_kg: MassOrRange = Field(description="Mass of the rotor (kg): a number, or the uncertain range [low, high].")
-    uncertain: Uncertain | None = Field(None, description="A parameter beside the mass that is not known exactly.")
+    uncertain: Uncertain | None = Field(None, description="Parameters beside the mass that are not known exactly.")
     performance: Annotated[Performance, PartName("weights")] = Field(
         description="W1, the bound on the sensitivity: dc_gain and corner_rad_s, num and den, or a name."
     )
@@ -203,6 +235,9 @@ SECTIONS: dict[Path, tuple[type[Section], ...]] = {
 LISTS: dict[Path, int] = {  # keys that hold lists of scalars, whose entries may be named by index
     ("mass_kg",): 2,
     ("uncertain", "factor"): 2,
+    ("uncertain", "force_constant"): 2,
+    ("uncertain", "negative_stiffness"): 2,
+    ("uncertain", "current_stiffness"): 2,
     ("performance", "num"): 21,
     ("performance", "den"): 21,
     ("controller", "q"): 2,

@@ -28,7 +28,7 @@ EXAMPLES: Final = {
     "sweep": "sweep: {bandwidth.omega_c_rad_s: [10000, 20000]}",
     "report": "report: {figures: [mu, step]}",
     "run": "run: {timeout_s: 300}",
-    "uncertain": "uncertain: {parameter: force_constant, factor: [0.8, 1.25]}",
+    "uncertain": "uncertain: {force_constant: [0.8, 1.25]}",
     "operating_point": "operating_point: {position_m: 0.0}",
     "prefilter": "prefilter: {omega_rad_s: 20000, zeta: 1.0}",
     "step_prefilter": "step_prefilter: {omega_rad_s: 20000, zeta: 1.0}",

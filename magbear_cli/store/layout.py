@@ -80,7 +80,9 @@ SUMMARY = Group(
         Field("peak_mu", "largest upper bound of the structured singular value, complex blocks"),
         Field("peak_mu_lower", "largest lower bound of the structured singular value, complex blocks"),
         Field("worst_case", "largest abs(W1 S) + abs(W3 T) over frequency and the real mass range"),
-        Field("worst_mass_kg", "mass at which the worst case is taken", "kg"),
+        Field("worst_mass_kg", "mass of the member with the worst case", "kg"),
+        Field("worst_negative_stiffness_n_per_m", "negative stiffness of the member with the worst case", "N/m"),
+        Field("worst_current_stiffness_n_per_a", "current stiffness of the member with the worst case", "N/A"),
         Field("worst_omega_rad_s", "angular frequency at which the worst case is taken", "rad/s"),
         Field("order", "number of controller states", kind=Kind.INTEGER),
         Field("peak_gain_a_per_m", "largest controller gain over frequency", "A/m"),
@@ -120,7 +122,9 @@ FREQUENCY = Group(
     FrequencyStudy,
     (
         Field("omega_rad_s", "angular frequency", "rad/s", OMEGA),
-        Field("masses_kg", "rotor mass, or equivalent mass of uncertain magnets", "kg", MASS),
+        Field("masses_kg", "rotor mass of a member of the family", "kg", MASS),
+        Field("negative_stiffness_n_per_m", "negative stiffness of a member", "N/m", MASS),
+        Field("current_stiffness_n_per_a", "current stiffness of a member", "N/A", MASS),
         Field("mu_upper", "upper bound of the structured singular value, complex blocks", "1", OMEGA),
         Field("mu_lower", "lower bound of the structured singular value, complex blocks", "1", OMEGA),
         Field("worst_case", "largest abs(W1 S) + abs(W3 T) over the mass range", "1", OMEGA),
@@ -139,7 +143,9 @@ POLES = Group(
     "poles",
     PoleStudy,
     (
-        Field("masses_kg", "rotor mass, or equivalent mass of uncertain magnets", "kg", MASS),
+        Field("masses_kg", "rotor mass of a member of the family", "kg", MASS),
+        Field("negative_stiffness_n_per_m", "negative stiffness of a member", "N/m", MASS),
+        Field("current_stiffness_n_per_a", "current stiffness of a member", "N/A", MASS),
         Field("poles_rad_s", "closed-loop poles", "rad/s", (*MASS, "pole"), Kind.COMPLEX),
     ),
 )

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from typing import Any
 
 from magbear_cli.errors import NumericsError, Status
 from magbear_cli.lti.state_space import StateSpace
 from magbear_cli.model.bearing import Bearing, CurrentLaw, linearization
+from magbear_cli.model.family import Plant, PlantFamily
 from magbear_cli.model.filters import Prefilter, SensorDynamics
-from magbear_cli.model.problem import ControlProblem, MassRange, RationalWeight, UncertainParameter
+from magbear_cli.model.problem import ControlProblem, RationalWeight
 from magbear_cli.model.rotor import FlexibleRotor
 from magbear_cli.simulation.scenario import Disturbance, StepScenario
 from magbear_cli.study.limits import LimitOptions
@@ -41,46 +41,38 @@ def build_bearing(inputs: Inputs) -> Bearing:
 
 
 def build_problem(inputs: Inputs) -> ControlProblem:
-    """The bearing linearised at the operating point, with the mass range and the bounds."""
-    point = inputs["operating_point"]
-    linear = linearization(build_bearing(inputs), point["position_m"], point["current_a"])
+    """The bearing linearised at the operating point, with what is uncertain of it and the bounds."""
     weight, bandwidth = inputs["performance"], inputs["bandwidth"]
-    problem = ControlProblem(
-        linear.negative_stiffness_n_per_m,
-        linear.current_stiffness_n_per_a,
-        build_mass_range(inputs["mass_kg"]),
+    return ControlProblem(
+        build_family(inputs),
         RationalWeight(tuple(weight["num"]), tuple(weight["den"])),
         None if bandwidth is None else bandwidth["omega_c_rad_s"],
     )
-    return _with_uncertain(problem, inputs.get("uncertain"))
 
 
-def _with_uncertain(problem: ControlProblem, uncertain: Inputs | None) -> ControlProblem:
-    """The problem with a further uncertain parameter, told as a range of equivalent masses.
+def build_family(inputs: Inputs) -> PlantFamily:
+    """All plants of a case: the linearised bearing times the factors of what is uncertain, with the range of the mass.
 
-    A force constant f times as large acts like a mass f times as small, exactly: k_i and k_z both grow with f. An
-    uncertain negative stiffness stands about its middle.
+    The force constant f scales both stiffnesses, so ρ = (m ω² + f k_z)/(f k_i) falls with it: it is at its largest
+    where ρ is least. For the speed of the unstable pole the box is wider than its two ends.
     """
-    if uncertain is None:
-        return problem
-    low, high = uncertain["factor"]
-    if uncertain["parameter"] == "force_constant":
-        return replace(problem, mass=MassRange(problem.mass.low_kg / high, problem.mass.high_kg / low))
-    middle = 0.5 * (low + high)
-    mass = problem.mass.nominal_kg
-    return replace(
-        problem,
-        negative_stiffness_n_per_m=problem.negative_stiffness_n_per_m * middle,
-        mass=MassRange(mass * middle / high, mass * middle / low),
-        uncertain=UncertainParameter.NEGATIVE_STIFFNESS,
+    point, uncertain = inputs["operating_point"], inputs.get("uncertain") or {}
+    linear = linearization(build_bearing(inputs), point["position_m"], point["current_a"])
+    light, heavy = mass_ends_kg(inputs)
+    known = (1.0, 1.0)
+    f, z, i = (uncertain.get(name, known) for name in ("force_constant", "negative_stiffness", "current_stiffness"))
+    k_z, k_i = linear.negative_stiffness_n_per_m, linear.current_stiffness_n_per_a
+    return PlantFamily(
+        Plant(light, f[1] * z[0] * k_z, f[1] * i[1] * k_i),
+        Plant(heavy, f[0] * z[1] * k_z, f[0] * i[0] * k_i),
+        (f[0] * z[0] * k_z / heavy, f[1] * z[1] * k_z / light),
     )
 
 
-def build_mass_range(mass_kg: float | list[float]) -> MassRange:
-    """One mass, or a range of masses."""
-    if isinstance(mass_kg, list):
-        return MassRange(mass_kg[0], mass_kg[1])
-    return MassRange(mass_kg, mass_kg)
+def mass_ends_kg(inputs: Inputs) -> tuple[float, float]:
+    """The lightest and the heaviest rotor."""
+    mass = inputs["mass_kg"]
+    return (float(mass[0]), float(mass[-1])) if isinstance(mass, list) else (float(mass), float(mass))
 
 
 def _tupled(options: Inputs) -> dict[str, Any]:

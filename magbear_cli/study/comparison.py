@@ -13,7 +13,9 @@ from magbear_cli.study.plan import canonical_json
 from magbear_cli.study.summary import case_document
 
 NOT_COMPARED = frozenset({"id", "index", "sentence", "repro", "verification", "steps"})
-WHERE_NOT_WHAT = frozenset({"worst_mass_kg", "worst_omega_rad_s"})  # the place of a flat maximum is arbitrary
+WHERE_NOT_WHAT = frozenset(
+    {"worst_mass_kg", "worst_negative_stiffness_n_per_m", "worst_current_stiffness_n_per_a", "worst_omega_rad_s"}
+)  # the place of a flat maximum is arbitrary
 FRACTIONS = frozenset({"mu_flatness", "overshoot"})  # differ by what they add to one: near zero all is rounding
 
 

@@ -13,22 +13,24 @@ from magbear_cli.analysis.margins import stability_margins
 from magbear_cli.analysis.pole_family import pole_family
 from magbear_cli.analysis.uncertain_loop import mu_study
 from magbear_cli.analysis.verification import Verification
-from magbear_cli.analysis.worst_case import peak_sensitivity, worst_case, worst_case_over_mass
+from magbear_cli.analysis.worst_case import peak_sensitivity, worst_case
 from magbear_cli.errors import Status
 from magbear_cli.lti.state_space import StateSpace
+from magbear_cli.model.family import NOMINAL
 from magbear_cli.model.problem import ControlProblem
+from magbear_cli.model.robust_performance import worst_level
 from magbear_cli.study.outcome import Floats, FrequencyStudy, PoleStudy, Summary
 from magbear_cli.synthesis.design import Design
 
-POLE_MASSES = 33
+POLE_MEMBERS = 33
 GRID_POINTS_PER_DECADE = 40
 
 
 def judge_loop(problem: ControlProblem, controller: StateSpace) -> tuple[Summary, FrequencyStudy, PoleStudy]:
     """The loop of a controller with every mass of the range, none of it taken from the method that made it."""
     omega = closed_frequency_grid(problem, controller, GRID_POINTS_PER_DECADE)
-    family = pole_family(problem, controller, problem.mass.samples_kg(POLE_MASSES))
-    poles = PoleStudy(family.masses_kg, family.poles_rad_s)
+    family = pole_family(problem, controller, problem.family.shares(POLE_MEMBERS))
+    poles = PoleStudy(*_parameters(problem, family.shares), family.poles_rad_s)
     frequency, summary = _over_frequency(problem, controller, omega)
     summary = replace(summary, order=controller.order, max_pole_real_rad_s=family.max_real_rad_s)
     if family.certainly_unstable:
@@ -49,16 +51,19 @@ def judge_loop(problem: ControlProblem, controller: StateSpace) -> tuple[Summary
 
 
 def _over_frequency(problem: ControlProblem, controller: StateSpace, omega: Floats) -> tuple[FrequencyStudy, Summary]:
-    masses = np.unique([problem.mass.low_kg, problem.mass.nominal_kg, problem.mass.high_kg])
-    loop = loop_functions(problem, controller, omega, [problem.mass.low_kg] if problem.mass.is_fixed else masses)
+    loop = loop_functions(problem, controller, omega, problem.family.shown_shares())
+    masses, negative_stiffness, current_stiffness = _parameters(problem, loop.shares)
     mu = mu_study(problem, controller, omega)
     worst = worst_case(problem, controller, omega)
+    member = problem.family.member(worst.share)
     study = FrequencyStudy(
         omega_rad_s=omega,
-        masses_kg=loop.masses_kg,
+        masses_kg=masses,
+        negative_stiffness_n_per_m=negative_stiffness,
+        current_stiffness_n_per_a=current_stiffness,
         mu_upper=mu.upper,
         mu_lower=mu.lower,
-        worst_case=worst_case_over_mass(problem, loop.controller_a_per_m, omega)[0],
+        worst_case=worst_level(problem, loop.controller_a_per_m, omega)[0],
         sensitivity=loop.sensitivity,
         complementary_sensitivity=loop.complementary_sensitivity,
         control_sensitivity_a_per_m=loop.control_sensitivity_a_per_m,
@@ -70,14 +75,26 @@ def _over_frequency(problem: ControlProblem, controller: StateSpace, omega: Floa
         peak_mu=mu.peak_upper,
         peak_mu_lower=min(mu.peak_lower, mu.peak_upper),  # they may meet, to within rounding
         worst_case=worst.level,
-        worst_mass_kg=worst.mass_kg,
+        worst_mass_kg=member.mass_kg,
+        worst_negative_stiffness_n_per_m=member.negative_stiffness_n_per_m,
+        worst_current_stiffness_n_per_a=member.current_stiffness_n_per_a,
         worst_omega_rad_s=worst.omega_rad_s,
         peak_gain_a_per_m=peak_controller_gain(controller, omega)[0],
-        peak_ks_a_per_m=peak_control_sensitivity(problem, controller, omega, problem.mass.nominal_kg)[0],
+        peak_ks_a_per_m=peak_control_sensitivity(problem, controller, omega, NOMINAL)[0],
         peak_sensitivity=peak_sensitivity(problem, controller, omega).level,
         mu_flatness=mu.flatness,
     )
     return study, summary
+
+
+def _parameters(problem: ControlProblem, shares: Floats) -> tuple[Floats, Floats, Floats]:
+    """Mass, negative stiffness and current stiffness of members, each (k,)."""
+    members = [problem.family.member(float(share)) for share in shares]
+    return (
+        np.array([one.mass_kg for one in members]),
+        np.array([one.negative_stiffness_n_per_m for one in members]),
+        np.array([one.current_stiffness_n_per_a for one in members]),
+    )
 
 
 def verdict(design: Design, summary: Summary, verification: Verification) -> tuple[Status, str]:
@@ -106,6 +123,8 @@ def without_levels(summary: Summary) -> Summary:
         peak_mu_lower=None,
         worst_case=None,
         worst_mass_kg=None,
+        worst_negative_stiffness_n_per_m=None,
+        worst_current_stiffness_n_per_a=None,
         worst_omega_rad_s=None,
         peak_ks_a_per_m=None,
         peak_sensitivity=None,

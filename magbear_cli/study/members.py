@@ -1,22 +1,21 @@
-"""The members of a case's family of plants, each with the mass and the stiffnesses that it has.
+"""The members of a case's family of plants, by what they differ in.
 
-The plant is k_i/(m s² − k_z). A family has one uncertain number, and its members are told apart inside of magbear by a
-mass (``model.problem``, decision 0014): the rotor's own where that is uncertain, an equivalent one where the magnets
-are. What is handed over and drawn states the members themselves.
+What is handed over and drawn states members by their own parameters: mass, negative stiffness and current stiffness.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from enum import StrEnum
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from magbear_cli.model.bearing import linearization
-from magbear_cli.study.building import build_bearing
+from magbear_cli.model.family import Plant
+from magbear_cli.study.building import build_bearing, build_family
+from magbear_cli.study.outcome import FrequencyStudy, PoleStudy, Summary
 
 Floats = NDArray[np.float64]
 Inputs = Mapping[str, Any]
@@ -27,65 +26,67 @@ class Uncertainty(StrEnum):
 
     MASS = "mass"
     NEGATIVE_STIFFNESS = "negative_stiffness"
+    CURRENT_STIFFNESS = "current_stiffness"
     FORCE_CONSTANT = "force_constant"
-    MASS_AND_FORCE_CONSTANT = "mass_and_force_constant"
-
-
-@dataclass(frozen=True)
-class Member:
-    """One plant k_i/(m s² − k_z)."""
-
-    mass_kg: float
-    current_stiffness_n_per_a: float
-    negative_stiffness_n_per_m: float
+    SEVERAL = "several"
 
 
 def uncertainty(inputs: Inputs) -> Uncertainty:
     """What the members of a case's family differ in; the mass where there is one member."""
-    uncertain = inputs.get("uncertain")
-    if uncertain is None:
+    kinds = [Uncertainty(name) for name in inputs.get("uncertain") or {}]
+    if isinstance(inputs["mass_kg"], list):
+        kinds.append(Uncertainty.MASS)
+    if not kinds:
         return Uncertainty.MASS
-    if uncertain["parameter"] == "force_constant" and isinstance(inputs["mass_kg"], list):
-        return Uncertainty.MASS_AND_FORCE_CONSTANT
-    return Uncertainty(uncertain["parameter"])
+    return kinds[0] if len(kinds) == 1 else Uncertainty.SEVERAL
 
 
-def mass_ends_kg(inputs: Inputs) -> tuple[float, float]:
-    """The lightest and the heaviest rotor."""
-    mass = inputs["mass_kg"]
-    return (float(mass[0]), float(mass[-1])) if isinstance(mass, list) else (float(mass), float(mass))
+def end_members(inputs: Inputs) -> tuple[Plant, ...]:
+    """The two ends of the family; one where nothing is uncertain.
 
-
-def end_members(inputs: Inputs) -> tuple[Member, ...]:
-    """The two ends of the family, in the order of rising equivalent masses; one where nothing is uncertain.
-
-    At every frequency (m ω² + k_z)/k_i of every member lies between those of the ends, and every value between them is
-    that of a member.
+    At every frequency (m ω² + k_z)/k_i of every plant lies between those of the ends.
     """
-    point = inputs["operating_point"]
-    linear = linearization(build_bearing(inputs), point["position_m"], point["current_a"])
-    k_i, k_z = linear.current_stiffness_n_per_a, linear.negative_stiffness_n_per_m
-    light, heavy = mass_ends_kg(inputs)
-    low, high = (1.0, 1.0) if inputs.get("uncertain") is None else inputs["uncertain"]["factor"]
-    if uncertainty(inputs) is Uncertainty.NEGATIVE_STIFFNESS:
-        ends = Member(light, k_i, high * k_z), Member(heavy, k_i, low * k_z)
-    else:
-        ends = Member(light, high * k_i, high * k_z), Member(heavy, low * k_i, low * k_z)
-    return tuple(dict.fromkeys(ends))
+    return build_family(inputs).ends
 
 
-def member_values(inputs: Inputs, masses_kg: ArrayLike) -> Floats:
-    """What members differ in, from the masses that stand for them in a case's outcome; of the same shape.
+def members_of(study: FrequencyStudy | PoleStudy) -> list[Plant]:
+    """The members that the rows of a study stand for."""
+    columns = (study.masses_kg, study.negative_stiffness_n_per_m, study.current_stiffness_n_per_a)
+    return [Plant(float(m), float(k_z), float(k_i)) for m, k_z, k_i in zip(*columns, strict=True)]
 
-    The mass in kg, the negative stiffness in N/m, or the factor of the force constant. Where both the mass and the
-    force constant are uncertain it is their quotient, the equivalent mass in kg, that tells members apart.
+
+def worst_member(summary: Summary) -> Plant | None:
+    """The member with the worst case; None where there is none."""
+    values = (
+        summary.worst_mass_kg,
+        summary.worst_negative_stiffness_n_per_m,
+        summary.worst_current_stiffness_n_per_a,
+    )
+    m, k_z, k_i = (np.nan if value is None else value for value in values)
+    return Plant(m, k_z, k_i) if np.isfinite([m, k_z, k_i]).all() else None
+
+
+def member_values(inputs: Inputs, members: Sequence[Plant]) -> Floats:
+    """What members differ in, (k,): kg, N/m, N/A or the factor of the force constant.
+
+    Where several parameters differ it is the share of the way from the first end to the last.
     """
-    masses = np.asarray(masses_kg, dtype=float)
     kind = uncertainty(inputs)
-    if kind is Uncertainty.NEGATIVE_STIFFNESS:
-        ends = end_members(inputs)
-        middle = 0.5 * (ends[0].negative_stiffness_n_per_m + ends[-1].negative_stiffness_n_per_m)
-        return np.asarray(middle * float(inputs["mass_kg"]) / masses)
+    if kind is Uncertainty.SEVERAL:
+        family = build_family(inputs)
+        ends = family.first, family.last
+        by_a = abs(ends[0].pole_squared / ends[1].pole_squared - 1.0)
+        by_b = abs(ends[0].acceleration_per_current / ends[1].acceleration_per_current - 1.0)
+        quantity = Plant.pole_squared if by_a > by_b else Plant.acceleration_per_current
+        first, last, *own = (quantity.__get__(plant) for plant in (*ends, *members))
+        return np.asarray([(value - first) / (last - first) for value in own])
     if kind is Uncertainty.FORCE_CONSTANT:
-        return np.asarray(float(inputs["mass_kg"]) / masses)
-    return masses
+        point = inputs["operating_point"]
+        linear = linearization(build_bearing(inputs), point["position_m"], point["current_a"])
+        return np.array([one.current_stiffness_n_per_a / linear.current_stiffness_n_per_a for one in members])
+    name = {
+        Uncertainty.MASS: "mass_kg",
+        Uncertainty.NEGATIVE_STIFFNESS: "negative_stiffness_n_per_m",
+        Uncertainty.CURRENT_STIFFNESS: "current_stiffness_n_per_a",
+    }[kind]
+    return np.array([float(getattr(one, name)) for one in members])

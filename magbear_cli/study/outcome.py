@@ -31,7 +31,9 @@ class Summary:
     peak_mu: float | None = None  # upper bound, complex blocks
     peak_mu_lower: float | None = None
     worst_case: float | None = None  # exact over the real mass range
-    worst_mass_kg: float | None = None
+    worst_mass_kg: float | None = None  # of the member with the worst case, and its stiffnesses
+    worst_negative_stiffness_n_per_m: float | None = None
+    worst_current_stiffness_n_per_a: float | None = None
     worst_omega_rad_s: float | None = None
     order: int | None = None
     peak_gain_a_per_m: float | None = None
@@ -54,10 +56,12 @@ class Summary:
 
 @dataclass(frozen=True)
 class FrequencyStudy:
-    """The loop over frequency, for sample masses (rows) and frequencies (columns)."""
+    """The loop over frequency, for sample members (rows) and frequencies (columns)."""
 
     omega_rad_s: Floats  # (w,)
     masses_kg: Floats  # (k,)
+    negative_stiffness_n_per_m: Floats  # (k,)
+    current_stiffness_n_per_a: Floats  # (k,)
     mu_upper: Floats  # (w,)
     mu_lower: Floats  # (w,)
     worst_case: Floats  # (w,) max over the mass range of |W1 S| + |W3 T|
@@ -71,9 +75,11 @@ class FrequencyStudy:
 
 @dataclass(frozen=True)
 class PoleStudy:
-    """Closed-loop poles along the mass range."""
+    """Closed-loop poles along the family of plants."""
 
     masses_kg: Floats  # (k,)
+    negative_stiffness_n_per_m: Floats  # (k,)
+    current_stiffness_n_per_a: Floats  # (k,)
     poles_rad_s: Complexes  # (k, n)
 
 

@@ -24,7 +24,7 @@ REDUCE: Mapping[str, Callable[[StateSpace, int], StateSpace]] = {
     "residualisation": balanced_residualization,
 }
 AS_GOOD = 1.01  # times the full controller's level: a reduced one that reaches this has lost nothing, where 1 is missed
-POLE_MASSES = 17
+POLE_MEMBERS = 17
 POINTS_PER_DECADE = 30
 
 
@@ -113,7 +113,7 @@ def _tried(
 
 
 def _judged(problem: ControlProblem, controller: StateSpace) -> _Reduced:
-    family = pole_family(problem, controller, problem.mass.samples_kg(POLE_MASSES))
+    family = pole_family(problem, controller, problem.family.shares(POLE_MEMBERS))
     if family.certainly_unstable or not family.max_real_rad_s < 0.0:
         return _Reduced(controller, np.inf, np.inf)
     omega = closed_frequency_grid(problem, controller, POINTS_PER_DECADE)

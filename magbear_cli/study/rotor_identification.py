@@ -175,11 +175,11 @@ def fit_rotor(problem: ControlProblem, facts: Facts, controller: StateSpace, des
 
     def misfit(logs: Floats) -> Floats:
         mass = float(np.exp(logs[:2]).sum())
-        outside = mass / np.clip(mass, problem.mass.low_kg, problem.mass.high_kg) - 1.0
+        outside = mass / np.clip(mass, problem.family.first.mass_kg, problem.family.last.mass_kg) - 1.0
         facts_missed = np.nan_to_num((given(logs) - wanted) / room, nan=1e3)
         return np.append(facts_missed, outside / MASS_ROOM)
 
-    mass = problem.mass.nominal_kg
+    mass = problem.nominal.mass_kg
     start = [(1.0 - split) * mass, split * mass, split * (1.0 - split) * mass * facts.resonance_rad_s**2]
     found = least_squares(misfit, np.log(start), bounds=(np.log([0.01, 0.01, 1e4]), np.log([50.0, 50.0, 1e8])))
     covariance = np.linalg.pinv(found.jac.T @ found.jac)
@@ -267,7 +267,7 @@ def _loop_table(problem: ControlProblem, facts: Facts, best: Fit, controllers: M
     """The rightmost oscillating pole of each controller around the rotor that was found, for masses of the range."""
     rows = []
     for number, controller in controllers.items():
-        for mass in (problem.mass.low_kg, problem.mass.nominal_kg, problem.mass.high_kg):
+        for mass in (problem.family.first.mass_kg, problem.nominal.mass_kg, problem.family.last.mass_kg):
             for damping in (facts.growing_damping_n_s_per_m, facts.touching_damping_n_s_per_m):
                 poles = elastic_poles(problem, controller, mass, best.rotor(damping))
                 fast = poles[np.abs(poles.imag) > 0.5 * facts.pole_imag_rad_s]

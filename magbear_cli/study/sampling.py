@@ -63,7 +63,8 @@ class SampledDesign:
     prewarp_rad_s: float
     limit: float
     is_stable: bool  # on sample masses
-    worst: WorstCase | None  # on sample masses; None for a loop that is not stable
+    worst: WorstCase | None  # on sample members; None for a loop that is not stable
+    worst_mass_kg: float | None  # of that member
     margins: Margins | None
     proof: LevelProof | None
     max_pole_modulus: float
@@ -90,7 +91,7 @@ class SampledDesign:
             "delay_s": self.sampling.delay_s,
             "prewarp_rad_s": self.prewarp_rad_s,
             "worst_case": None if worst is None else plain_number(worst.level),
-            "worst_mass_kg": None if worst is None else plain_number(worst.mass_kg),
+            "worst_mass_kg": None if self.worst_mass_kg is None else plain_number(self.worst_mass_kg),
             "worst_omega_rad_s": None if worst is None else plain_number(worst.omega_rad_s),
             "worst_case_proven": self.proof.level if self.proof is not None and self.proof.proved else None,
             "gain_margin_low": None if margins is None else plain_number(margins.gain_low),
@@ -170,15 +171,17 @@ def _asked(outcome: CaseOutcome, options: SamplingOptions) -> tuple[ControlProbl
 def _judged(problem: ControlProblem, controller: StateSpace, options: SamplingOptions, limit: float) -> SampledDesign:
     sampled = bilinear(controller, options.sample_time_s, options.prewarp_rad_s)
     loop = SampledLoop(problem, sampled, options.sampling)
-    largest = max(float(np.abs(sampled_poles(loop, float(mass))).max()) for mass in problem.mass.samples_kg(33))
+    largest = max(float(np.abs(sampled_poles(loop, float(share))).max()) for share in problem.family.shares(33))
     stable = is_stable_on_samples(loop)
+    worst = sampled_worst_case(loop) if stable else None
     return SampledDesign(
         sampled,
         options.sampling,
         options.prewarp_rad_s,
         limit,
         stable,
-        sampled_worst_case(loop) if stable else None,
+        worst,
+        None if worst is None else problem.family.member(worst.share).mass_kg,
         sampled_margins(loop) if stable else None,
         None,
         largest,

@@ -21,6 +21,8 @@ LATER_FIGURES = (
     "level",
     "peak_mu_lower",
     "worst_mass_kg",
+    "worst_negative_stiffness_n_per_m",
+    "worst_current_stiffness_n_per_a",
     "worst_omega_rad_s",
     "peak_sensitivity",
     "gain_margin_low",

@@ -7,13 +7,14 @@ estimate is to make up for every other rotor and for the nonlinearity (thesis se
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from magbear_cli.errors import NumericsError
 from magbear_cli.model.adaptive_law import AdaptiveLaw, Trigger
 from magbear_cli.model.problem import ControlProblem
+from magbear_cli.synthesis.state_feedback import placed_gain
 
 
 @dataclass(frozen=True)
@@ -47,13 +48,6 @@ class AdaptiveDesign:
     statistics: Mapping[str, float]
 
 
-def placed_gain(problem: ControlProblem, mass_kg: float, omega_rad_s: float, zeta: float) -> tuple[float, float]:
-    """K in (A/m, A s/m) that gives m z̈ = k_z z − k_i K x the poles of s² + 2 ζ ω s + ω²."""
-    k_i = problem.current_stiffness_n_per_a
-    position = (mass_kg * omega_rad_s**2 + problem.negative_stiffness_n_per_m) / k_i
-    return position, 2.0 * zeta * omega_rad_s * mass_kg / k_i
-
-
 def design_adaptive_lfe(problem: ControlProblem, options: AdaptiveLfeOptions | None = None) -> AdaptiveDesign:
     """The law of the options for a linearised bearing.
 
@@ -66,9 +60,10 @@ def design_adaptive_lfe(problem: ControlProblem, options: AdaptiveLfeOptions | N
         when the numbers describe no law.
     """
     options = options or AdaptiveLfeOptions()
-    mass = problem.mass.low_kg if options.design_mass_kg is None else options.design_mass_kg
+    mass = problem.family.first.mass_kg if options.design_mass_kg is None else options.design_mass_kg
     omega, zeta = options.reference_omega_rad_s, options.reference_zeta
-    gain = options.gain or placed_gain(problem, mass, omega, zeta)
+    gain = options.gain or placed_gain(replace(problem.nominal, mass_kg=mass), omega, zeta)
+    gain = (float(gain[0]), float(gain[1]))
     if options.input_gain_m_per_s2_a is None and not gain[1] > 0.0:
         raise NumericsError(f"without a positive gain on the speed, not {gain[1]}, the law needs an input gain")
     b = options.input_gain_m_per_s2_a or 2.0 * zeta * omega / gain[1]
@@ -89,7 +84,7 @@ def design_adaptive_lfe(problem: ControlProblem, options: AdaptiveLfeOptions | N
 
 
 def _statistics(problem: ControlProblem, law: AdaptiveLaw, mass_kg: float) -> dict[str, float]:
-    k_i = problem.current_stiffness_n_per_a
+    family, k_i = problem.family, problem.nominal.current_stiffness_n_per_a
     p = law.lyapunov
     found = {
         "gain_position_a_per_m": law.gain_position_a_per_m,
@@ -103,8 +98,8 @@ def _statistics(problem: ControlProblem, law: AdaptiveLaw, mass_kg: float) -> di
         "lyapunov_cross": float(p[0, 1]),
         "lyapunov_speed": float(p[1, 1]),
     }
-    for name, mass in (("lightest", problem.mass.low_kg), ("heaviest", problem.mass.high_kg)):
-        stiffness = k_i * law.gain_position_a_per_m - problem.negative_stiffness_n_per_m
+    for name, mass in (("lightest", family.first.mass_kg), ("heaviest", family.last.mass_kg)):
+        stiffness = k_i * law.gain_position_a_per_m - problem.nominal.negative_stiffness_n_per_m
         poles = np.roots([mass, k_i * law.gain_speed_a_s_per_m, stiffness])
         found[f"feedback_pole_real_{name}_rad_s"] = float(poles.real.max())
         found[f"feedback_pole_imag_{name}_rad_s"] = float(np.abs(poles.imag).max())

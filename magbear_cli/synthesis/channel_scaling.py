@@ -9,7 +9,7 @@ from magbear_cli.errors import NumericsError
 from magbear_cli.kernels.block_structure import BlockStructure
 from magbear_cli.lti.balancing import with_balanced_states
 from magbear_cli.lti.state_space import StateSpace
-from magbear_cli.model.generalized_plant import GeneralizedPlant
+from magbear_cli.model.generalized_plant import GeneralizedPlant, uncertainty_unit
 from magbear_cli.model.problem import ControlProblem
 from magbear_cli.synthesis.gamma_search import Ports, search_gamma, with_unit_penalty
 
@@ -22,7 +22,7 @@ _MOST_MOVES = 40
 
 def thesis_scales(problem: ControlProblem, plant: GeneralizedPlant) -> Floats:
     """The thesis's unit of the uncertainty channel: forces count in k_z·1 m and Δ stands at the output (n,)."""
-    unit = problem.mass.inverse_deviation_per_kg / problem.negative_stiffness_n_per_m
+    unit = abs(uncertainty_unit(problem)) / problem.nominal.negative_stiffness_n_per_m
     return np.array([unit if name == "force" else 1.0 for name in plant.outputs[: -plant.measurements]])
 
 

@@ -17,9 +17,9 @@ from magbear_cli.model.problem import ControlProblem
 from magbear_cli.model.robust_performance import control_sensitivity, interconnection, open_interconnection
 from magbear_cli.synthesis.descent import Responds
 from magbear_cli.synthesis.half_plane import (
-    NO_RADIUS,
     complex_mu_level,
     nearest_direction,
+    over_radius,
     plant_factors,
     real_mass_level,
 )
@@ -84,17 +84,17 @@ def held_set(
 
 def _half_planes(scaled: ControlProblem, present: Complexes, omega: Floats, level: float) -> ControlSet:
     """Re(θ χ) above the radius for both end masses, θ the direction of the discs' hull nearest to zero."""
-    d_nominal, n_nominal, _, _ = plant_factors(scaled, omega, scaled.mass.nominal_kg)
+    d_nominal, n_nominal, _, _ = plant_factors(scaled, omega, scaled.nominal)
     plant = n_nominal / d_nominal
     sensitivity = 1.0 + plant * present
     s_size = np.maximum(np.abs(sensitivity), _SMALLEST)
     r_size = np.maximum(np.abs(present), _SMALLEST)
     slopes, ends, roomy = [], [], []
-    for d, n, w1_d, w3_n in (plant_factors(scaled, omega, mass) for mass in scaled.end_masses_kg):
+    for d, n, w1_d, w3_n in (plant_factors(scaled, omega, plant) for plant in scaled.family.ends):
         slope = plant * d - n
         centre = d + slope * present
         radius = w1_d * np.abs(sensitivity) + w3_n * np.abs(present)
-        roomy.append(centre / np.maximum(radius, NO_RADIUS * np.abs(centre)))
+        roomy.append(over_radius(centre, radius))
         slopes.append(slope)
         ends.append((d, np.stack([w1_d * s_size, w3_n * r_size]), centre))
     turn = np.conj(nearest_direction(roomy[0], roomy[-1]))

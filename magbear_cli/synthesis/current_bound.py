@@ -23,7 +23,7 @@ from scipy import sparse
 
 from magbear_cli.errors import NumericsError
 from magbear_cli.kernels.conic import Cone, solve_cone_program
-from magbear_cli.model.problem import ControlProblem, UncertainParameter
+from magbear_cli.model.problem import ControlProblem
 from magbear_cli.synthesis.all_pass_sections import Sections
 from magbear_cli.synthesis.control_set import Uncertainty
 
@@ -97,18 +97,16 @@ def _discs(scaled: ControlProblem, uncertainty: Uncertainty, omega: Floats, peak
 
     Where |r| ≤ peak lies well within a disc, it is left out: its radius is infinite.
     """
-    deviation = scaled.mass.inverse_deviation_per_kg * scaled.mass.nominal_kg
+    spread_a, spread_b = scaled.family.spread
     turns: Complexes = np.array([0.0, 1.0, -1.0], dtype=complex)
     if uncertainty == "complex":
         turns = np.append(0.0, np.exp(2j * np.pi * np.arange(_TURNS) / _TURNS))
     squared, weight = omega**2, scaled.performance_bound(omega)
     plant = -1.0 / (1.0 + squared)
     centres, radii = [], []
-    for p in 1.0 + deviation * (turns if deviation else turns[:1]):
-        if scaled.uncertain is UncertainParameter.MASS:
-            d, n = -(squared + p) / (1.0 + squared), p / (1.0 + squared)
-        else:
-            d, n = -(squared + p) / (1.0 + squared), 1.0 / (1.0 + squared) + 0.0 * p
+    for turn in turns[:1] if scaled.family.is_fixed else turns:
+        d = -(squared + 1.0 + spread_a * turn) / (1.0 + squared)
+        n = (1.0 + spread_b * turn) / (1.0 + squared)
         e, bound = plant * d - n, weight * np.abs(d)
         most = (bound * plant) ** 2 + (scaled.bandwidth_bound(omega) * np.abs(n)) ** 2
         # The left-hand side less the right is a |r|² + 2 Re(b r) + c.

@@ -16,6 +16,7 @@ from magbear_cli.errors import NumericsError
 from magbear_cli.kernels.structured_singular_value import mu_upper_bound
 from magbear_cli.lti.frequency import frequency_response
 from magbear_cli.lti.state_space import StateSpace
+from magbear_cli.model.family import NOMINAL
 from magbear_cli.model.filters import Prefilter
 from magbear_cli.model.problem import ControlProblem
 from magbear_cli.model.robust_performance import control_sensitivity, interconnection
@@ -160,7 +161,7 @@ def _even_pairs(low: float, high: float, pairs: int) -> Sections:
 
 def _crossover(search: CurrentSearch, candidate: Candidate) -> float:
     omega = search.dense[np.isfinite(search.dense)]
-    plant = search.scaled.plant(omega, search.scaled.mass.nominal_kg)
+    plant = search.scaled.plant(omega, NOMINAL)
     strong = omega[np.abs(plant * candidate.form.control_sensitivity(omega)) > 0.7]
     return float(strong.max(initial=1.0))
 
@@ -213,7 +214,7 @@ def _fitted(search: CurrentSearch, full: Candidate, crossover: float, order: int
     """
     low = float(np.sqrt(full.form.sections.quadratics[:, 1]).min())
     omega = np.geomspace(0.1 * low, 100.0 * crossover, 300)
-    plant = np.abs(search.scaled.plant(omega, search.scaled.mass.nominal_kg))
+    plant = np.abs(search.scaled.plant(omega, NOMINAL))
     values = full.form.control_sensitivity(omega)
     performance = 0.5 * plant * (1.0 + search.scaled.performance_bound(omega))
     start = Sections.of_poles(np.asarray(-np.geomspace(low, 10.0 * crossover, order + 2), dtype=np.complex128))

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from magbear_cli.errors import NumericsError, Status
 from magbear_cli.model.problem import ControlProblem
-from magbear_cli.model.robust_performance import worst_case_over_mass
+from magbear_cli.model.robust_performance import worst_level
 from magbear_cli.model.scaling import scale_problem
 from magbear_cli.synthesis.design import Design
 from magbear_cli.synthesis.exact_level import DENSE, exact_level
@@ -197,7 +197,7 @@ class _Start:
         """The level to start with: what is expected, or what the controller reaches."""
         if self.expected is not None:
             return self.expected
-        return float(worst_case_over_mass(scaled, self.present.response(omega), omega)[0].max())
+        return float(worst_level(scaled, self.present.response(omega), omega)[0].max())
 
 
 def _descents(scaled: ControlProblem, options: ExactMassOptions, start: _Start) -> Iterator[_Descent]:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from magbear_cli.errors import Status
 from magbear_cli.model.problem import ControlProblem
-from magbear_cli.model.robust_performance import worst_case_over_mass
+from magbear_cli.model.robust_performance import worst_level
 from magbear_cli.model.scaling import scale_problem
 from magbear_cli.synthesis.descent import Descended, Descent, Grids
 from magbear_cli.synthesis.design import Design
@@ -54,7 +54,7 @@ def design_fixed_order(problem: ControlProblem, options: FixedOrderOptions) -> D
     The search is local, from several starts: what it reaches is an upper bound of the least value of this order. The
     level of the answer is the worst case, the peak of mu, or the peak of |K S| in A/m, whichever was minimised.
     """
-    if problem.mass.is_fixed:  # mu of a known mass is its worst case
+    if problem.family.is_fixed:  # mu of a known plant is its worst case
         options = replace(options, uncertainty="real")
     limited = with_bandwidth(problem)
     raised = raise_slow_poles(limited)
@@ -209,5 +209,5 @@ def _worst_of_leads(
     for point in omega:
         at = np.full(k.size, point)
         response = -k * (1 + 1j * point / z) / (1 + 1j * point / p) if np.isfinite(point) else -k * p / z + 0j
-        worst = np.maximum(worst, worst_case_over_mass(scaled, np.asarray(response), at)[0])
+        worst = np.maximum(worst, worst_level(scaled, np.asarray(response), at)[0])
     return worst

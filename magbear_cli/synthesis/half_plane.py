@@ -21,12 +21,12 @@ from scipy import sparse
 from magbear_cli.errors import NumericsError
 from magbear_cli.kernels.conic import Cone, solve_cone_program
 from magbear_cli.kernels.structured_singular_value import mu_upper_bound
+from magbear_cli.model.family import Plant
 from magbear_cli.model.problem import ControlProblem
 from magbear_cli.model.robust_performance import (
     interconnection,
     open_interconnection,
-    performance_at_infinity,
-    worst_case_over_mass,
+    worst_level,
 )
 from magbear_cli.synthesis.lag_ratio import LagRatio, lag_basis
 from magbear_cli.synthesis.parrott import held_scales, level_discs
@@ -34,7 +34,7 @@ from magbear_cli.synthesis.parrott import held_scales, level_discs
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
-NO_RADIUS = 1e-9  # of |χ|: where neither bound asks for anything, the direction is that of χ alone
+_NO_RADIUS = 1e-9  # of |χ|: where neither bound asks for anything, the direction is that of χ alone
 
 
 @dataclass(frozen=True)
@@ -46,31 +46,24 @@ class ConeRows:
     side: Complexes  # (r, 2n + 2)
 
 
-def plant_factors(problem: ControlProblem, omega: Floats, mass_kg: float) -> tuple[Floats, Floats, Floats, Floats]:
-    """d_m, n_m, |W1 d_m| and |W3 n_m| over (k_z + m_nominal ω²), each finite at ω = ∞ too."""
+def plant_factors(problem: ControlProblem, omega: Floats, plant: Plant) -> tuple[Floats, Floats, Floats, Floats]:
+    """d, n, |W1 d| and |W3 n| of a plant n/d, over (a_0 + ω²) of the nominal one, each finite at ω = ∞ too."""
     finite = np.isfinite(omega)
     squared = np.where(finite, omega, 1.0) ** 2
-    k_z, k_i = problem.negative_stiffness_n_per_m, problem.current_stiffness_n_per_a
-    common = k_z + problem.mass.nominal_kg * squared
-    inertia, stiffness = problem.inertia_kg(mass_kg), problem.stiffness_n_per_m(mass_kg)
-    d = np.where(finite, -(inertia * squared + stiffness) / common, -inertia / problem.mass.nominal_kg)
-    n = np.where(finite, k_i / common, 0.0)
-    w1 = np.where(finite, problem.performance_bound(np.sqrt(squared)), performance_at_infinity(problem))
+    common = problem.nominal.pole_squared + squared
+    a, b = plant.pole_squared, plant.acceleration_per_current
+    d = np.where(finite, -(squared + a) / common, -1.0)
+    n = np.where(finite, b / common, 0.0)
+    w1 = np.where(finite, problem.performance_bound(np.sqrt(squared)), problem.performance_at_infinity())
     w3_n = np.zeros_like(squared)
     if problem.omega_c_rad_s is not None:
-        limit = problem.omega_c_rad_s**2
-        w3_n = np.where(finite, squared * k_i / common / limit, k_i / problem.mass.nominal_kg / limit)
+        w3_n = np.where(finite, squared * b / common, b) / problem.omega_c_rad_s**2
     return d, n, w1 * np.abs(d), w3_n
-
-
-def end_masses_kg(problem: ControlProblem) -> tuple[float, ...]:
-    """The masses whose discs span the hull."""
-    return problem.end_masses_kg
 
 
 def real_mass_level(problem: ControlProblem, controller: Complexes, omega: Floats) -> Floats:
     """The exact worst case over the real mass range at each frequency."""
-    return worst_case_over_mass(problem, controller, omega)[0]
+    return worst_level(problem, controller, omega)[0]
 
 
 def real_mass_rows(problem: ControlProblem, ratio: LagRatio, omega: Floats, level: float) -> ConeRows:
@@ -78,12 +71,12 @@ def real_mass_rows(problem: ControlProblem, ratio: LagRatio, omega: Floats, leve
     basis = lag_basis(ratio.poles, omega)
     zero = np.zeros_like(basis)
     numerator, denominator = basis @ ratio.x, basis @ ratio.y
-    factors = [plant_factors(problem, omega, mass) for mass in problem.end_masses_kg]
+    factors = [plant_factors(problem, omega, plant) for plant in problem.family.ends]
     vectors = []
     for d, n, w1_d, w3_n in factors:
         chi = denominator * d - numerator * n
         radius = w1_d * np.abs(denominator) + w3_n * np.abs(numerator)
-        vectors.append(chi / np.maximum(radius, NO_RADIUS * np.abs(chi)))
+        vectors.append(over_radius(chi, radius))
     rotation = np.conj(nearest_direction(vectors[0], vectors[-1]))
     moduli = np.concatenate([np.hstack([zero, basis]), np.hstack([basis, zero])])
     sides, mixes = [], []
@@ -91,6 +84,11 @@ def real_mass_rows(problem: ControlProblem, ratio: LagRatio, omega: Floats, leve
         sides.append(level * rotation[:, None] * np.hstack([-basis * n[:, None], basis * d[:, None]]))
         mixes.append(sparse.hstack([sparse.diags(w1_d), sparse.diags(w3_n)]))
     return ConeRows(moduli, sparse.csr_matrix(sparse.vstack(mixes)), np.concatenate(sides))
+
+
+def over_radius(centre: Complexes, radius: Floats) -> Complexes:
+    """The centres of discs over their radii, of one shape; large and finite where there is no radius."""
+    return np.asarray(centre / np.maximum(radius, np.maximum(_NO_RADIUS * np.abs(centre), np.finfo(float).tiny)))
 
 
 def nearest_direction(first: Complexes, last: Complexes) -> Complexes:
@@ -110,7 +108,7 @@ def complex_mu_rows(problem: ControlProblem, ratio: LagRatio, omega: Floats, lev
     """|K S − centre| ≤ radius with K S = X d/(Y d − X n), cleared of its denominator in the present direction."""
     basis = lag_basis(ratio.poles, omega)
     numerator, denominator = basis @ ratio.x, basis @ ratio.y
-    d, n, _, _ = plant_factors(problem, omega, problem.mass.nominal_kg)
+    d, n, _, _ = plant_factors(problem, omega, problem.nominal)
     scales = held_scales(interconnection(problem, numerator / denominator, omega), level)
     discs = level_discs(open_interconnection(problem, omega), scales, level)
     chi = denominator * d - numerator * n
@@ -127,7 +125,7 @@ def complex_mu_rows(problem: ControlProblem, ratio: LagRatio, omega: Floats, lev
 def control_rows(problem: ControlProblem, ratio: LagRatio, omega: Floats, bound: float) -> ConeRows:
     """|K S| ≤ bound at the nominal mass, with K S = X d/(Y d − X n) cleared of its denominator likewise."""
     basis = lag_basis(ratio.poles, omega)
-    d, n, _, _ = plant_factors(problem, omega, problem.mass.nominal_kg)
+    d, n, _, _ = plant_factors(problem, omega, problem.nominal)
     chi = (basis @ ratio.y) * d - (basis @ ratio.x) * n
     rotation = np.conj(chi) / np.abs(chi)
     moduli = np.asarray(np.hstack([basis * d[:, None], np.zeros_like(basis)]), dtype=complex)

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from magbear_cli.errors import NumericsError
 from magbear_cli.kernels.conic import Cone, solve_cone_program
 from magbear_cli.model.problem import ControlProblem
-from magbear_cli.model.robust_performance import worst_case_over_mass
-from magbear_cli.synthesis.half_plane import nearest_direction, plant_factors
+from magbear_cli.model.robust_performance import worst_level
+from magbear_cli.synthesis.half_plane import nearest_direction, over_radius, plant_factors
 from magbear_cli.synthesis.lag_chain import ChainRatio, chain_basis
 from magbear_cli.synthesis.lag_ratio import LagRatio
 
@@ -58,7 +58,7 @@ class HalfPlaneProgram:
         def directions(omega: Floats) -> Complexes:
             x, y = present.numerator_denominator(omega)
             discs = [
-                (y * d - x * n) / np.maximum(w1_d * np.abs(y) + w3_n * np.abs(x), 1e-300)
+                over_radius(y * d - x * n, w1_d * np.abs(y) + w3_n * np.abs(x))
                 for d, n, w1_d, w3_n in self._factors(omega)
             ]
             return np.conj(nearest_direction(discs[0], discs[-1]))
@@ -70,7 +70,7 @@ class HalfPlaneProgram:
         x, y = candidate.numerator_denominator(omega)
         inside = [((y * d - x * n) * directions).real > 0 for d, n, _, _ in self._factors(omega)]
         with np.errstate(divide="ignore", invalid="ignore"):
-            level = worst_case_over_mass(self.scaled, x / y, omega)[0]
+            level = worst_level(self.scaled, x / y, omega)[0]
         return np.asarray(np.where(np.all(inside, axis=0), level, np.inf))
 
     def widest_margin(self, present: Ratio, directions: Complexes, omega: Floats, level: float) -> ChainRatio:
@@ -106,7 +106,7 @@ class HalfPlaneProgram:
         return ChainRatio(self.poles, x_new, y_new)
 
     def _factors(self, omega: Floats) -> list[tuple[Floats, Floats, Floats, Floats]]:
-        return [plant_factors(self.scaled, omega, mass) for mass in self.scaled.end_masses_kg]
+        return [plant_factors(self.scaled, omega, plant) for plant in self.scaled.family.ends]
 
 
 def _solve(

@@ -18,6 +18,7 @@ from scipy import sparse
 
 from magbear_cli.errors import NumericsError
 from magbear_cli.kernels.conic import Cone, solve_cone_program
+from magbear_cli.model.family import FIRST, LAST
 from magbear_cli.model.impossibility_certificate import (
     ImpossibilityCertificate,
     derives_constant,
@@ -175,10 +176,11 @@ class _Search:
         return np.asarray(np.where(np.isnan(room), -1.0, room))
 
     def _ratios(self, omega: Floats) -> tuple[Floats, Floats]:
-        """The least and the largest R/P that a mass of the range gives: m ω² + k_z over k_z."""
-        ends = [self.scaled.dynamic_stiffness_n_per_m(omega, mass) for mass in self.scaled.end_masses_kg]
-        ratios = np.stack(ends) / self.scaled.negative_stiffness_n_per_m
-        return ratios.min(axis=0), ratios.max(axis=0)
+        """R/P at the first and at the last end of the family: ρ over that of the first at rest."""
+        family = self.scaled.family
+        first, last = (family.current_per_displacement(omega, share) for share in (FIRST, LAST))
+        unit = float(family.current_per_displacement(0.0, FIRST))
+        return first / unit, last / unit
 
     def _x_functions(self, omega: Floats) -> _Functions:
         """1, and p_k/(s + p_k) less the multiple of the slowest lag that makes the derivative at 0 vanish."""

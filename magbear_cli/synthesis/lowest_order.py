@@ -40,7 +40,7 @@ def design_lowest_order(problem: ControlProblem, options: FixedOrderOptions, max
     Its statistics hold the level found at every order tried, direct and reduced. An order that was passed over was not
     found to meet the specification, which does not prove that it cannot.
     """
-    if problem.mass.is_fixed:  # mu of a known mass is its worst case
+    if problem.family.is_fixed:  # mu of a known plant is its worst case
         options = replace(options, uncertainty="real")
     raised = raise_slow_poles(with_bandwidth(problem))
     scaled, scaling = scale_problem(raised.problem)

@@ -67,7 +67,7 @@ def design_lqg(problem: ControlProblem, options: LqgOptions | None = None) -> De
     options = options or LqgOptions()
     try:
         control = lqr_gain(problem, np.diag(options.q), options.r)
-        force = np.array([[0.0], [1.0 / problem.mass.nominal_kg]])
+        force = np.array([[0.0], [1.0 / problem.nominal.mass_kg]])
         estimate = kalman_gain(problem, options.xi * force @ force.T, options.theta)
         return observer_design(problem, control, estimate)
     except NumericsError as error:
@@ -107,9 +107,9 @@ def kalman_gain(problem: ControlProblem, process_covariance: Matrix, measurement
 
 def rotor_matrices(problem: ControlProblem) -> tuple[Matrix, Matrix, Matrix]:
     """A, B, C of the nominal rotor from the current to the position (the thesis, eqs. 2.5-2.7)."""
-    inverse_mass = 1.0 / problem.mass.nominal_kg
-    a = np.array([[0.0, 1.0], [problem.negative_stiffness_n_per_m * inverse_mass, 0.0]])
-    b = np.array([[0.0], [problem.current_stiffness_n_per_a * inverse_mass]])
+    nominal = problem.nominal
+    a = np.array([[0.0, 1.0], [nominal.pole_squared, 0.0]])
+    b = np.array([[0.0], [nominal.acceleration_per_current]])
     return a, b, np.array([[1.0, 0.0]])
 
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from magbear_cli.errors import NumericsError, Status
 from magbear_cli.lti.frequency import frequency_response
 from magbear_cli.lti.state_space import StateSpace
+from magbear_cli.model.family import NOMINAL
 from magbear_cli.model.problem import ControlProblem
 from magbear_cli.model.table import Column, Table
 from magbear_cli.synthesis.design import Design
@@ -62,7 +63,7 @@ def design_lqg_ltr(problem: ControlProblem, options: LqgLtrOptions | None = None
     omega = problem.natural_rad_s * np.geomspace(1e-3, 1e5, 801)
     target = frequency_response(filter_loop(problem, estimate), omega)[:, 0, 0]
     gain = frequency_response(design.controller, omega)[:, 0, 0]
-    sensitivity = 1.0 / (1.0 - gain * problem.plant(omega, problem.mass.nominal_kg))
+    sensitivity = 1.0 / (1.0 - gain * problem.plant(omega, NOMINAL))
     statistics = {**design.statistics, "recovery_error": float(np.abs(sensitivity - target).max())}
     tables = {"recovery": _recovery(omega, target, sensitivity)}
     return Design(design.controller, design.status, design.sentence, statistics=statistics, tables=tables)

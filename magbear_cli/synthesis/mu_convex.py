@@ -54,7 +54,7 @@ def design_mu_convex(problem: ControlProblem, options: MuConvexOptions) -> Desig
     """
     if options.minimise == "worst_case":
         return _least_level(problem, options)
-    if problem.mass.is_fixed:  # mu of a known mass is its worst case
+    if problem.family.is_fixed:  # mu of a known plant is its worst case
         options = replace(options, uncertainty="real")
     raised = raise_slow_poles(problem)
     scaled, scaling = scale_problem(raised.problem)

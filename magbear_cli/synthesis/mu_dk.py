@@ -8,7 +8,7 @@ import numpy as np
 
 from magbear_cli.errors import NumericsError, Status
 from magbear_cli.kernels.block_structure import BlockStructure
-from magbear_cli.model.generalized_plant import Form, build_generalized_plant
+from magbear_cli.model.generalized_plant import Form, build_generalized_plant, uncertainty_unit
 from magbear_cli.model.problem import ControlProblem
 from magbear_cli.synthesis.channel_scaling import thesis_scales, with_channel_scales
 from magbear_cli.synthesis.design import Design
@@ -71,8 +71,8 @@ def design_mu_dk(problem: ControlProblem, options: MuDkOptions | None = None) ->
         return Design(None, Status.FAILED, str(error))
     told = {
         "peak_mu_mended": peak,
-        "nominal_mass_kg": problem.mass.nominal_kg,
-        "inverse_mass_spread_per_kg": problem.mass.inverse_deviation_per_kg,
+        "nominal_mass_kg": problem.nominal.mass_kg,
+        "uncertainty_unit_per_kg": uncertainty_unit(problem),
     }
     return replace(design, statistics={**design.statistics, **told})
 

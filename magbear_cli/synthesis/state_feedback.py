@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from magbear_cli.errors import NumericsError, Status
 from magbear_cli.lti.connection import feedback
 from magbear_cli.lti.state_space import StateSpace
+from magbear_cli.model.family import Plant
 from magbear_cli.model.problem import ControlProblem
 from magbear_cli.synthesis.design import Design
 from magbear_cli.synthesis.lqg import lqr_gain, require_weights, rotor_matrices
@@ -85,14 +86,14 @@ def design_pole_placement(problem: ControlProblem, options: PolePlacementOptions
     """The feedback that gives the nominal rotor the poles asked for (Ackermann's formula for two states)."""
     options = options or PolePlacementOptions()
     omega, zeta = options.omega_rad_s, options.zeta
-    gain = placed_gain(problem, problem.mass.nominal_kg, omega, zeta)
+    gain = placed_gain(problem.nominal, omega, zeta)
     return _realised(problem, gain, options.derivative_rad_s)
 
 
-def placed_gain(problem: ControlProblem, mass_kg: float, omega_rad_s: float, zeta: float) -> Matrix:
-    """(k_p, k_d) in A/m and A s/m for which a rotor of this mass has the poles of s² + 2 ζ ω s + ω²."""
-    stiffness, per_current = problem.negative_stiffness_n_per_m, problem.current_stiffness_n_per_a
-    return np.array([stiffness + mass_kg * omega_rad_s**2, 2.0 * zeta * omega_rad_s * mass_kg]) / per_current
+def placed_gain(plant: Plant, omega_rad_s: float, zeta: float) -> Matrix:
+    """(k_p, k_d) in A/m and A s/m for which this plant has the poles of s² + 2 ζ ω s + ω²."""
+    position = plant.negative_stiffness_n_per_m + plant.mass_kg * omega_rad_s**2
+    return np.array([position, 2.0 * zeta * omega_rad_s * plant.mass_kg]) / plant.current_stiffness_n_per_a
 
 
 def design_eigenstructure(problem: ControlProblem, options: EigenstructureOptions | None = None) -> Design:

@@ -8,7 +8,7 @@ import pytest
 
 from magbear_cli.lti.conversion import from_transfer_function
 from magbear_cli.lti.state_space import StateSpace
-from magbear_cli.model.problem import ControlProblem, MassRange, RationalWeight
+from magbear_cli.model.problem import ControlProblem, RationalWeight
 
 ProblemMaker = Callable[[float, float, float | None], ControlProblem]
 LeadMaker = Callable[[float, float, float], StateSpace]
@@ -20,7 +20,7 @@ def thrust_problem() -> ProblemMaker:
 
     def make(low_kg: float, high_kg: float, omega_c_rad_s: float | None) -> ControlProblem:
         performance = RationalWeight.low_pass(10.0, 200.0)
-        return ControlProblem(62_500.0, 50.0, MassRange(low_kg, high_kg), performance, omega_c_rad_s)
+        return ControlProblem.of_mass(62_500.0, 50.0, (low_kg, high_kg), performance, omega_c_rad_s)
 
     return make
 
@@ -82,7 +82,7 @@ def slow_pi() -> StateSpace:
 def narrow_peak() -> ControlProblem:
     """The thrust bearing with W1 = (0.5 s + 50)/(s + 0.05) and a peak of 1 % damping at 300 rad/s upon it."""
     weight = RationalWeight((0.5, 80.0, 48_000.0, 4_500_000.0), (1.0, 6.05, 90_000.3, 4_500.0))
-    return ControlProblem(62_500.0, 50.0, MassRange(3.0, 4.5), weight, 20_000.0)
+    return ControlProblem.of_mass(62_500.0, 50.0, (3.0, 4.5), weight, 20_000.0)
 
 
 @pytest.fixture

@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 
 from magbear_cli.analysis.certificate import check_certificate
 from magbear_cli.errors import NumericsError
+from magbear_cli.model.family import PlantFamily
 from magbear_cli.model.impossibility_certificate import ImpossibilityCertificate
-from magbear_cli.model.problem import ControlProblem, MassRange, RationalWeight
+from magbear_cli.model.problem import ControlProblem, RationalWeight
 from magbear_cli.synthesis.impossibility import find_impossibility
 
 ProblemMaker = Callable[[float, float, float | None], ControlProblem]
@@ -24,7 +25,7 @@ def thrust(
 ) -> ControlProblem:
     """The thrust bearing, for the module's certificates."""
     performance = weight or RationalWeight.low_pass(10.0, 200.0)
-    return ControlProblem(62_500.0, 50.0, MassRange(low_kg, high_kg), performance, omega_c)
+    return ControlProblem.of_mass(62_500.0, 50.0, (low_kg, high_kg), performance, omega_c)
 
 
 @pytest.fixture(scope="module")
@@ -63,11 +64,16 @@ def test_the_lower_bounds_are_within_one_percent_of_the_designs(
     assert check_certificate(problem, certificate).valid
 
 
+def masses(low_kg: float, high_kg: float) -> PlantFamily:
+    """Another range of the mass on the same magnets."""
+    return PlantFamily.of_ranges((low_kg, high_kg), (62_500.0, 62_500.0), (50.0, 50.0))
+
+
 def test_it_holds_for_every_harder_problem(at_the_limit: tuple[ControlProblem, ImpossibilityCertificate]) -> None:
     """A certificate is one for smaller ω_c, for a wider range and for larger weights too."""
     problem, certificate = at_the_limit
     assert check_certificate(replace(problem, omega_c_rad_s=4000.0), certificate).valid
-    assert check_certificate(replace(problem, mass=MassRange(2.9, 4.6)), certificate).valid
+    assert check_certificate(replace(problem, family=masses(2.9, 4.6)), certificate).valid
     heavier = replace(problem, performance=RationalWeight.low_pass(10.5, 200.0))
     assert check_certificate(heavier, certificate).valid
 
@@ -80,7 +86,7 @@ def test_it_holds_for_no_problem_that_a_controller_meets(
     for easier in (
         replace(problem, omega_c_rad_s=5200.0),
         replace(problem, omega_c_rad_s=7000.0),
-        replace(problem, mass=MassRange(3.0, 4.0)),
+        replace(problem, family=masses(3.0, 4.0)),
         replace(problem, performance=RationalWeight.low_pass(9.5, 200.0)),
     ):
         check = check_certificate(easier, certificate)

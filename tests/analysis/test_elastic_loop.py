@@ -18,10 +18,10 @@ from magbear_cli.analysis.elastic_loop import (
 )
 from magbear_cli.errors import NumericsError
 from magbear_cli.lti.state_space import StateSpace
-from magbear_cli.model.problem import ControlProblem, MassRange, RationalWeight
+from magbear_cli.model.problem import ControlProblem, RationalWeight
 from magbear_cli.model.rotor import FlexibleRotor
 
-PROBLEM = ControlProblem(62500.0, 25.0, MassRange(2.2, 4.5), RationalWeight.low_pass(18.0, 17.0), 2000.0)
+PROBLEM = ControlProblem.of_mass(62500.0, 25.0, (2.2, 4.5), RationalWeight.low_pass(18.0, 17.0), 2000.0)
 ROTOR = FlexibleRotor(0.1824, 2.612e6, 170.0)
 REDUCED_KG = 0.1824 * (2.2 - 0.1824) / 2.2
 LEAD = StateSpace.of([[-4000.0]], [[1.0]], [[-3.5e5 * (300.0 - 4000.0)]], [[-3.5e5]])

@@ -12,8 +12,8 @@ from magbear_cli.analysis.gridless import prove_level
 from magbear_cli.analysis.loop_functions import controller_response
 from magbear_cli.lti.conversion import from_transfer_function
 from magbear_cli.lti.state_space import StateSpace
-from magbear_cli.model.problem import ControlProblem, MassRange, RationalWeight
-from magbear_cli.model.robust_performance import worst_case_over_mass
+from magbear_cli.model.problem import ControlProblem, RationalWeight
+from magbear_cli.model.robust_performance import worst_level
 
 ProblemMaker = Callable[[float, float, float | None], ControlProblem]
 LeadMaker = Callable[[float, float, float], StateSpace]
@@ -22,7 +22,7 @@ LeadMaker = Callable[[float, float, float], StateSpace]
 def sampled_level(problem: ControlProblem, controller: StateSpace) -> float:
     """The worst case on a dense grid."""
     omega = np.concatenate([[0.0], np.geomspace(0.1, 1e8, 60_001), [np.inf]])
-    return float(worst_case_over_mass(problem, controller_response(controller, omega), omega)[0].max())
+    return float(worst_level(problem, controller_response(controller, omega), omega)[0].max())
 
 
 @pytest.fixture
@@ -79,8 +79,8 @@ def test_a_loop_that_is_unstable_at_an_inner_mass_only_is_refused() -> None:
     assert stable(2.0)
     assert not stable(1.5)
     for mass in (1.0, 2.0):
-        assert prove_level(ControlProblem(1.0, 1.0, MassRange(mass, mass), weight, 50.0), controller, 1e4).proved
-    assert not prove_level(ControlProblem(1.0, 1.0, MassRange(1.0, 2.0), weight, 50.0), controller, 1e4).proved
+        assert prove_level(ControlProblem.of_mass(1.0, 1.0, (mass, mass), weight, 50.0), controller, 1e4).proved
+    assert not prove_level(ControlProblem.of_mass(1.0, 1.0, (1.0, 2.0), weight, 50.0), controller, 1e4).proved
 
 
 def test_a_hidden_unstable_mode_of_the_controller_is_seen(thrust_problem: ProblemMaker, good_lead: StateSpace) -> None:
@@ -105,7 +105,7 @@ def test_a_narrow_resonance_between_samples_is_found(thrust_problem: ProblemMake
     )
     problem = thrust_problem(3.0, 4.5, 20_000.0)
     coarse = np.geomspace(1.0, 1e6, 600)
-    sampled = worst_case_over_mass(problem, controller_response(series, coarse), coarse)[0].max()
+    sampled = worst_level(problem, controller_response(series, coarse), coarse)[0].max()
     assert not prove_level(problem, series, 1.02 * float(sampled)).proved
 
 

@@ -16,7 +16,7 @@ from magbear_cli.analysis.margins import Margins, disk_margin, gain_margins, sta
 from magbear_cli.analysis.pole_family import pole_family
 from magbear_cli.lti.conversion import from_transfer_function
 from magbear_cli.lti.state_space import StateSpace
-from magbear_cli.model.problem import ControlProblem, MassRange, RationalWeight
+from magbear_cli.model.problem import ControlProblem, RationalWeight
 
 ProblemMaker = Callable[[float, float, float | None], ControlProblem]
 
@@ -37,7 +37,7 @@ def _judge(problem: ControlProblem, controller: StateSpace) -> Margins:
 
 def test_the_loop_with_the_gain_margins_is_on_the_edge(quickstart: ControlProblem, filtered_lead: StateSpace) -> None:
     """Just inside both gain margins all masses are stable; just outside one is not."""
-    masses = quickstart.mass.samples_kg(9)
+    masses = quickstart.family.shares(9)
     grid = closed_frequency_grid(quickstart, filtered_lead)
     low, high = gain_margins(quickstart, filtered_lead, grid)
     assert 0 < low < 1 < high < np.inf
@@ -58,8 +58,8 @@ def test_the_phase_margin_is_the_least_over_masses(quickstart: ControlProblem, g
     omega = np.geomspace(1e2, 1e6, 200_001)
     response = np.polyval([-7_764_165.0, -7_764_165.0 * 72.0], 1j * omega) / (1j * omega + 17_995.0)
     phases, delays = [], []
-    for mass in quickstart.mass.samples_kg(41):
-        gain = response * quickstart.plant(omega, mass)
+    for share in quickstart.family.shares(41):
+        gain = response * quickstart.plant(omega, share)
         for place in np.flatnonzero(np.diff(np.sign(np.abs(gain) - 1.0))):
             angle = np.angle(gain[place])
             phases.append(abs(angle))
@@ -74,7 +74,7 @@ def test_a_delay_at_its_margin_is_on_the_edge(thrust_problem: ProblemMaker, good
     problem = thrust_problem(3.0, 3.0, None)
     delay = _judge(problem, good_lead).delay_s
     omega = np.geomspace(1e2, 1e5, 400_001)
-    gain = loop_functions(problem, good_lead, omega, 3.0).controller_a_per_m * problem.plant(omega, 3.0)
+    gain = loop_functions(problem, good_lead, omega, 0.0).controller_a_per_m * problem.plant(omega, 0.0)
     assert np.abs(1 - gain * np.exp(-1j * omega * delay)).min() < 1e-3
     assert np.abs(1 - gain * np.exp(-0.9j * omega * delay)).min() > 1e-2
 
@@ -82,7 +82,7 @@ def test_a_delay_at_its_margin_is_on_the_edge(thrust_problem: ProblemMaker, good
 def test_the_disk_margin_is_the_peak_of_s_minus_t(quickstart: ControlProblem, good_lead: StateSpace) -> None:
     """Against 201 masses on a dense grid; never above 2, the value of a loop without gain."""
     omega = np.geomspace(1.0, 1e6, 4001)
-    loop = loop_functions(quickstart, good_lead, omega, quickstart.mass.samples_kg(201))
+    loop = loop_functions(quickstart, good_lead, omega, quickstart.family.shares(201))
     peak = np.abs(loop.sensitivity - loop.complementary_sensitivity).max()
     margin = disk_margin(quickstart, good_lead, closed_frequency_grid(quickstart, good_lead))
     assert margin == pytest.approx(2.0 / peak, rel=1e-4)
@@ -101,7 +101,7 @@ def test_an_integrator_lets_the_gain_fall_to_little(quickstart: ControlProblem) 
     """A pole of K at zero is no point of the grid; the lower gain margin comes from elsewhere."""
     controller = from_transfer_function([-7.7e6, -7.7e6 * 72.0, -7.7e6 * 72.0 * 5.0], [1.0, 18_000.0, 0.0])
     low, high = gain_margins(quickstart, controller, closed_frequency_grid(quickstart, controller))
-    masses = quickstart.mass.samples_kg(5)
+    masses = quickstart.family.shares(5)
     assert 0 < low < 1
     assert high == np.inf
     assert pole_family(quickstart, _times(controller, 1.001 * low), masses).max_real_rad_s < 0
@@ -110,7 +110,7 @@ def test_an_integrator_lets_the_gain_fall_to_little(quickstart: ControlProblem) 
 
 def test_a_pole_of_the_controller_within_rounding_of_zero_is_no_crossing() -> None:
     """A published PID for 193.39e3 N/m; its realisation has the integrator's pole at +4.7e-14 rad/s."""
-    problem = ControlProblem(193_390.0, 1.0, MassRange(1.9595, 1.9595), RationalWeight((0.4, 100.0), (1.0, 1.0)), None)
+    problem = ControlProblem.of_mass(193_390.0, 1.0, (1.9595, 1.9595), RationalWeight((0.4, 100.0), (1.0, 1.0)), None)
     controller = StateSpace.of(
         [[-3769.9111843077517, -2.0165954228029636e-13], [-1000.0000000000001, -6.5308094019741775e-15]],
         [[-100000.00000000001], [0.0]],
@@ -131,7 +131,7 @@ def test_an_exact_integrator_is_no_crossing(slow_pi: StateSpace, thrust_problem:
 
 def test_an_integrator_in_the_weight_does_not_hide_the_gain_at_rest(good_lead: StateSpace) -> None:
     """K(0) limits the gain of a lead, though the grid of a problem with W1 = 1/s does not begin at ω = 0."""
-    problem = ControlProblem(62_500.0, 50.0, MassRange(3.0, 4.5), RationalWeight((1.0,), (1.0, 0.0)), None)
+    problem = ControlProblem.of_mass(62_500.0, 50.0, (3.0, 4.5), RationalWeight((1.0,), (1.0, 0.0)), None)
     expected = 62_500.0 / (50.0 * 7_764_165.0 * 72.0 / 17_995.0)
     assert _judge(problem, good_lead).gain_low == pytest.approx(expected, rel=1e-12)
 
@@ -163,9 +163,9 @@ def _random_controllers(count: int) -> list[tuple[StateSpace, ControlProblem]]:
             a, b, c = change.T @ controller.a @ change, change.T @ controller.b, controller.c @ change
             controller = StateSpace(a, b, c, controller.d)
         low = float(generator.uniform(2.0, 4.0))
-        mass = MassRange(low, low * float(generator.uniform(1.0, 1.5)))
-        problem = ControlProblem(62_500.0, 50.0, mass, RationalWeight((0.4, 4.0), (1.0, 0.01)), None)
-        if pole_family(problem, controller, mass.samples_kg(5)).max_real_rad_s < 0:
+        mass = (low, low * float(generator.uniform(1.0, 1.5)))
+        problem = ControlProblem.of_mass(62_500.0, 50.0, mass, RationalWeight((0.4, 4.0), (1.0, 0.01)), None)
+        if pole_family(problem, controller, problem.family.shares(5)).max_real_rad_s < 0:
             found.append((controller, problem))
     return found
 
@@ -216,9 +216,10 @@ def _exact_gain_margins(problem: ControlProblem, controller: StateSpace) -> tupl
         factors = []
         for omega in omegas:
             response = _value(num, mpc(0, omega)) / _value(den, mpc(0, omega))
-            force = -problem.current_stiffness_n_per_a * mp.re(response)
-            ends = [mass * omega**2 + problem.negative_stiffness_n_per_m for mass in problem.end_masses_kg]
-            factors += [float(end / force) for end in ends if force > 0]
+            for plant in problem.family.ends:
+                force = -plant.current_stiffness_n_per_a * mp.re(response)
+                stiffness = plant.mass_kg * omega**2 + plant.negative_stiffness_n_per_m
+                factors += [float(stiffness / force)] if force > 0 else []
         low, high = [factor for factor in factors if factor < 1], [factor for factor in factors if factor >= 1]
         return max(low, default=0.0), min(high, default=float("inf"))
 

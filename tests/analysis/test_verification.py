@@ -15,7 +15,7 @@ from magbear_cli.lti.balancing import with_balanced_states
 from magbear_cli.lti.connection import series
 from magbear_cli.lti.conversion import from_transfer_function, from_zeros_poles_gain
 from magbear_cli.lti.state_space import StateSpace
-from magbear_cli.model.problem import ControlProblem, MassRange, RationalWeight
+from magbear_cli.model.problem import ControlProblem, RationalWeight
 
 ProblemMaker = Callable[[float, float, float | None], ControlProblem]
 
@@ -165,18 +165,18 @@ def test_a_controller_of_another_size_is_refused(quickstart: ControlProblem) -> 
 def test_other_bearings_are_judged_as_well(mass: float, air_gap_m: float) -> None:
     """Over gaps and masses of real machines, verification and the closed form find the same worst case."""
     stiffness, force = 4 * 4e-6 * 0.25 / air_gap_m**3, 4 * 4e-6 * 0.5 / air_gap_m**2
-    problem = ControlProblem(stiffness, force, MassRange(mass, 1.4 * mass), RationalWeight.low_pass(10.0, 50.0))
+    problem = ControlProblem.of_mass(stiffness, force, (mass, 1.4 * mass), RationalWeight.low_pass(10.0, 50.0))
     crossover = 20.0 * problem.natural_rad_s
-    gain = problem.mass.nominal_kg * crossover * 8.0 * crossover / force
+    gain = problem.nominal.mass_kg * crossover * 8.0 * crossover / force
     controller = from_transfer_function([-gain, -gain * crossover / 5.0], [1.0, 8.0 * crossover])
     verdict = verify(problem, controller, 100.0)
     assert verdict.verified
     assert verdict.worst_level == pytest.approx(worst_case(problem, controller).level, rel=1e-7)
 
 
-def _largest_real_part(problem: ControlProblem, controller: StateSpace, mass_kg: float) -> float:
+def _largest_real_part(problem: ControlProblem, controller: StateSpace, share: float) -> float:
     with mpmath.workdps(40):
-        matrix = mpmath.matrix(closed_loop_matrix(problem, controller, mass_kg, 1.0).tolist())
+        matrix = mpmath.matrix(closed_loop_matrix(problem, controller, share, 1.0).tolist())
         return max(float(mpmath.re(pole)) for pole in mpmath.eig(matrix, left=False, right=False))
 
 
@@ -186,7 +186,7 @@ def test_forty_digits_agree_with_the_verdict(seed: int) -> None:
     generator = np.random.default_rng(seed)
     speed, mass, force = 10 ** generator.uniform(1, 3), 10 ** generator.uniform(-1, 1.7), 10 ** generator.uniform(0, 3)
     low_pass = RationalWeight.low_pass(10.0, 200.0)
-    problem = ControlProblem(mass * speed**2, force, MassRange(mass, 1.5 * mass), low_pass, 50.0 * speed)
+    problem = ControlProblem.of_mass(mass * speed**2, force, (mass, 1.5 * mass), low_pass, 50.0 * speed)
     crossover = speed * 10 ** generator.uniform(0.3, 1.5)
     zero, pole = crossover * 10 ** generator.uniform(-1.5, 0.2), crossover * 10 ** generator.uniform(-0.1, 1.5)
     controller = from_zeros_poles_gain([-zero], [-pole], -mass * crossover * pole / force)
@@ -203,7 +203,7 @@ def test_forty_digits_agree_with_the_verdict(seed: int) -> None:
     stored = StateSpace(
         controller.a * units / units[:, None], controller.b / units[:, None], controller.c * units, controller.d
     )
-    truth = max(_largest_real_part(problem, stored, float(mass)) for mass in problem.mass.samples_kg(3))
+    truth = max(_largest_real_part(problem, stored, float(share)) for share in problem.family.shares(3))
     verdict = verify(problem, stored, 1e9)
     assert verdict.verified == (truth < 0), (truth, verdict.sentence)
 

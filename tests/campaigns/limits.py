@@ -19,7 +19,7 @@ import numpy as np
 
 from magbear_cli.analysis.gridless import prove_level
 from magbear_cli.errors import NumericsError
-from magbear_cli.model.problem import ControlProblem, MassRange, RationalWeight
+from magbear_cli.model.problem import ControlProblem, RationalWeight
 from magbear_cli.study.limits import LimitBracket, LimitOptions, bracket_limit
 from magbear_cli.study.proving import is_proof
 from magbear_cli.synthesis.exact_mass import ExactMassOptions, design_exact_mass
@@ -60,7 +60,7 @@ def draw_problems(count: int, seed: int) -> Iterator[tuple[str, ControlProblem]]
         corner = natural * float(10.0 ** random.uniform(-1.0, 0.3))
         gain = float(10.0 ** random.uniform(0.3, 1.3))
         weight = _weight(kind, gain, corner, random)
-        yield kind, ControlProblem(stiffness, force, MassRange(low, low * ratio), weight)
+        yield kind, ControlProblem.of_mass(stiffness, force, (low, low * ratio), weight)
 
 
 def _weight(kind: str, gain: float, corner: float, random: np.random.Generator) -> RationalWeight:

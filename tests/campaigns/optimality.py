@@ -23,7 +23,7 @@ from magbear_cli.analysis.uncertain_loop import mu_study
 from magbear_cli.analysis.verification import verify
 from magbear_cli.errors import MagbearError
 from magbear_cli.model.bearing import Bearing, CurrentLaw, linearization
-from magbear_cli.model.problem import ControlProblem, MassRange, RationalWeight
+from magbear_cli.model.problem import ControlProblem, RationalWeight
 from magbear_cli.synthesis.design import Design
 from magbear_cli.synthesis.fixed_order import FixedOrderOptions, design_fixed_order
 from magbear_cli.synthesis.mu_convex import MuConvexOptions, design_mu_convex
@@ -89,11 +89,11 @@ def draw_sample(random: np.random.Generator) -> Sample:
     bearing = Bearing(between(2e-4, 1e-3), 4e-6, 0.5, law)
     linear = linearization(bearing)
     low = between(0.1, 30.0)
-    mass = MassRange(low, min(low * random.uniform(1.05, 2.5), 50.0))
+    mass = (low, min(low * random.uniform(1.05, 2.5), 50.0))
     corner, gain = between(5.0, 1000.0), between(2.0, 50.0)
-    speed = float(np.sqrt(linear.negative_stiffness_n_per_m / mass.nominal_kg))
+    speed = float(np.sqrt(linear.negative_stiffness_n_per_m * (1.0 / mass[0] + 1.0 / mass[1]) / 2.0))
     ratio = between(8.0, 300.0)
-    problem = ControlProblem(
+    problem = ControlProblem.of_mass(
         linear.negative_stiffness_n_per_m,
         linear.current_stiffness_n_per_a,
         mass,
@@ -101,7 +101,7 @@ def draw_sample(random: np.random.Generator) -> Sample:
         ratio * speed,
     )
     words = (
-        f"{law.value:13s} gap {bearing.air_gap_m * 1e3:.2f} mm, {mass.low_kg:5.2f}-{mass.high_kg:5.2f} kg, "
+        f"{law.value:13s} gap {bearing.air_gap_m * 1e3:.2f} mm, {mass[0]:5.2f}-{mass[1]:5.2f} kg, "
         f"W1 {gain:4.1f} to {corner:4.0f} rad/s, ωc {ratio:3.0f} x {speed:4.0f} rad/s"
     )
     return Sample(problem, words)
@@ -119,7 +119,7 @@ def judge(problem: ControlProblem, route: Callable[[ControlProblem], Design]) ->
     if design.controller is None:
         return Answer(float("inf"), 0, agrees=False, verified=False, seconds=seconds)
     order = design.controller.order
-    if not pole_family(problem, design.controller, problem.mass.samples_kg(MASSES)).certainly_stable:
+    if not pole_family(problem, design.controller, problem.family.shares(MASSES)).certainly_stable:
         return Answer(float("inf"), order, agrees=design.level > 1.0, verified=False, seconds=seconds)
     grid = closed_frequency_grid(problem, design.controller, POINTS_PER_DECADE)
     peak = mu_study(problem, design.controller, grid).peak_upper

@@ -55,7 +55,8 @@ def answer(inputs: Mapping[str, Any], case_id: str, index: int) -> CaseOutcome:
     curves = [np.array([draw.random() for _ in time_s]) for _ in range(5)]
     step = StepOutcome(3.0, 1e-5, "nonlinear", "lqg", {"step_m": 1e-5}, "finished", "", 1e-3, r, None, 2.0, 0.0,
                        time_s, *curves)  # fmt: skip
-    poles = PoleStudy(np.array([3.0, 4.5]), np.array([[-100.0 + 1j, -100.0 - 1j], [-90.0 + 1j, -90.0 - 1j]]))
+    rows = np.array([[-100.0 + 1j, -100.0 - 1j], [-90.0 + 1j, -90.0 - 1j]])
+    poles = PoleStudy(np.array([3.0, 4.5]), np.ones(2), np.ones(2), rows)
     order = 2 if index < 2 and os.environ.get("QUICK_FIGURES", "1") == "1" else None  # two controllers: one figure
     summary = Summary(level=r, worst_case=1.0 + draw.random(), peak_mu=2.0, order=order)
     return CaseOutcome(case_id, index, inputs, Status.NOT_ACHIEVED, "as asked", summary, poles=poles, steps=(step,))

@@ -2,8 +2,8 @@
 
 For each problem the exact design of ``mu_convex`` is proven from its stored matrices, and a certificate of what no
 linear controller reaches is sought below it. A direct search over controllers of order three then attacks the
-certificate: a controller below a checked bound would refute the proofs. Half of the problems have an uncertain
-stiffness in place of the mass.
+certificate: a controller below a checked bound would refute the proofs. The problems have in turn an uncertain
+mass, an uncertain stiffness, and both with the current stiffness.
 
 Run it with ``python tests/campaigns/two_sides.py --problems 40 --seed 1``.
 """
@@ -20,7 +20,8 @@ from optimality import draw_sample  # a neighbour, as both are run as scripts
 
 from magbear_cli.errors import MagbearError
 from magbear_cli.lti.state_space import StateSpace
-from magbear_cli.model.problem import ControlProblem, UncertainParameter
+from magbear_cli.model.family import PlantFamily
+from magbear_cli.model.problem import ControlProblem
 from magbear_cli.study.judging import judge_loop
 from magbear_cli.study.proving import is_proof, prove_lower_bound, prove_tightly
 from magbear_cli.synthesis.exact_mass import ExactMassOptions, design_exact_mass
@@ -80,6 +81,19 @@ def judge(problem: ControlProblem) -> Row:
     )
 
 
+def uncertain_family(masses: PlantFamily, number: int) -> tuple[str, PlantFamily]:
+    """In turn the mass, the negative stiffness alone, and both with the current stiffness."""
+    kind = ("mass", "stiffness", "all three")[number % 3]
+    light, heavy, nominal = masses.first.mass_kg, masses.last.mass_kg, masses.nominal
+    k_z, k_i = nominal.negative_stiffness_n_per_m, nominal.current_stiffness_n_per_a
+    stiffness = (k_z * nominal.mass_kg / heavy, k_z * nominal.mass_kg / light)
+    if kind == "stiffness":
+        return kind, PlantFamily.of_ranges((nominal.mass_kg, nominal.mass_kg), stiffness, (k_i, k_i))
+    if kind == "all three":
+        return kind, PlantFamily.of_ranges((light, heavy), stiffness, (0.9 * k_i, 1.1 * k_i))
+    return kind, masses
+
+
 def run(problems: int, seed: int) -> list[Row]:
     """So many random problems, each with a line of the table as it comes."""
     random = np.random.default_rng(seed)
@@ -87,15 +101,14 @@ def run(problems: int, seed: int) -> list[Row]:
     rows = []
     for number in range(problems):
         sample = draw_sample(random)
-        kind = UncertainParameter.NEGATIVE_STIFFNESS if number % 2 else UncertainParameter.MASS
+        name, family = uncertain_family(sample.problem.family, number)
         try:
-            row = judge(replace(sample.problem, uncertain=kind))
+            row = judge(replace(sample.problem, family=family))
         except MagbearError as error:
             print(f"{sample.words:98s} {error}", flush=True)
             nothing = float("nan")
             row = Row(nothing, nothing, nothing, nothing, checked=True, seconds=0.0)
         mark = " CONTRADICTION" if row.contradiction or not row.checked else ""
-        name = "stiffness" if number % 2 else "mass"
         print(
             f"{sample.words:98s} {name:9s} {row.bound:14.4f} {row.level:10.4f} {row.proven:14.4f} {row.attack:9.4f}"
             f" {row.gap:8.2%} {row.seconds:5.1f} s{mark}",

@@ -145,17 +145,18 @@ def _denied(outcome: CaseOutcome) -> str:
     if K is None:
         return "ok without a controller"
     unit = 1.0 / problem.natural_rad_s
-    masses = np.linspace(problem.mass.low_kg, problem.mass.high_kg, 9)
     omega = problem.natural_rad_s * np.geomspace(1e-6, 1e8, 4000)
     response = np.array([(K.c @ np.linalg.solve(1j * w * np.eye(K.order) - K.a, K.b))[0, 0] + K.d[0, 0] for w in omega])
-    for mass in masses:
-        rotor = np.array([[0.0, 1.0], [problem.negative_stiffness_n_per_m / mass * unit**2, 0.0]])
-        force, see = np.array([[0.0], [problem.current_stiffness_n_per_a / mass * unit**2]]), np.array([[1.0, 0.0]])
+    for share in np.linspace(0.0, 1.0, 9):
+        plant = problem.family.member(float(share))
+        mass = plant.mass_kg
+        rotor = np.array([[0.0, 1.0], [plant.negative_stiffness_n_per_m / mass * unit**2, 0.0]])
+        force, see = np.array([[0.0], [plant.current_stiffness_n_per_a / mass * unit**2]]), np.array([[1.0, 0.0]])
         top = np.hstack([rotor + force @ K.d @ see, force @ K.c])
         whole = np.vstack([top, np.hstack([unit * K.b @ see, unit * K.a])])
         if np.linalg.eigvals(whole).real.max() >= 0.0:
             return f"ok and unstable at {mass} kg"
-        S = 1.0 / (1.0 - response * problem.plant(omega, mass))
+        S = 1.0 / (1.0 - response * problem.plant(omega, share))
         level = problem.performance_bound(omega) * np.abs(S) + problem.bandwidth_bound(omega) * np.abs(S - 1.0)
         if level.max() > 1.001:
             return f"ok and a level of {level.max()} at {mass} kg"

@@ -98,8 +98,10 @@ def test_the_bearing_for_ross(
         gap, bias, area, windings = (float(asked[key]) for key in ("g0", "i0", "ag", "nw"))  # type: ignore[arg-type]
         constant = 4e-7 * np.pi * windings**2 * area / 4.0
         amplifier = float(asked["k_amp"])  # type: ignore[arg-type]
-        assert 4.0 * constant * bias**2 / gap**3 == pytest.approx(handover.problem.negative_stiffness_n_per_m)
-        assert 4.0 * constant * bias / gap**2 * amplifier == pytest.approx(handover.problem.current_stiffness_n_per_a)
+        assert 4.0 * constant * bias**2 / gap**3 == pytest.approx(handover.problem.nominal.negative_stiffness_n_per_m)
+        assert 4.0 * constant * bias / gap**2 * amplifier == pytest.approx(
+            handover.problem.nominal.current_stiffness_n_per_a
+        )
         assert [gap, bias] == pytest.approx([400e-6, 0.5])
     response = control.frequency_response(asked["controller_transfer_function"], OMEGA).complex
     np.testing.assert_allclose(response, -frequency_response(continuous[0].controller, OMEGA)[:, 0, 0], rtol=1e-6)

@@ -17,7 +17,7 @@ from magbear_cli.model.generalized_plant import (
     build_generalized_plant,
     build_mixed_sensitivity_plant,
 )
-from magbear_cli.model.problem import ControlProblem, MassRange, RationalWeight
+from magbear_cli.model.problem import ControlProblem, RationalWeight
 from magbear_cli.model.robust_performance import interconnection
 
 OMEGA = np.geomspace(1.0, 1e6, 61)
@@ -31,14 +31,14 @@ WEIGHTS = {
 
 
 def _problem(low: float, high: float, weight: str = "low-pass", omega_c: float | None = 2e4) -> ControlProblem:
-    return ControlProblem(62500.0, 50.0, MassRange(low, high), WEIGHTS[weight], omega_c)
+    return ControlProblem.of_mass(62500.0, 50.0, (low, high), WEIGHTS[weight], omega_c)
 
 
 def _loop(
-    problem: ControlProblem, mass_kg: float, controller: StateSpace
+    problem: ControlProblem, share: float, controller: StateSpace
 ) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
-    """S and T at a mass, from the loop's equations."""
-    gain, plant = frequency_response(controller, OMEGA)[:, 0, 0], problem.plant(OMEGA, mass_kg)
+    """S and T of a member, from the loop's equations."""
+    gain, plant = frequency_response(controller, OMEGA)[:, 0, 0], problem.plant(OMEGA, share)
     sensitivity = 1.0 / (1.0 - gain * plant)
     return sensitivity, -gain * plant * sensitivity
 
@@ -47,7 +47,7 @@ def _loop(
 def test_known_mass_gives_weighted_s_and_t(weight: str) -> None:
     """For a known mass the loop is [W1 S, W1 S; −W3 T, −W3 T], and with one disturbance [W1 S; −W3 T]."""
     problem = _problem(2.0, 2.0, weight)
-    s, t = _loop(problem, 2.0, LEAD)
+    s, t = _loop(problem, 0.0, LEAD)
     w1, w3 = problem.performance(1j * OMEGA), (1j * OMEGA / 2e4) ** 2
     plant = build_generalized_plant(problem)
     assert plant.inputs == ("disturbance_w1", "disturbance_w3", "control")
@@ -84,13 +84,12 @@ def test_agrees_with_the_closed_form_interconnection(
 @settings(deadline=None, max_examples=30)
 @given(st.floats(-1.0, 1.0), st.floats(0.5, 10.0), st.floats(1.0, 2.5))
 def test_closing_the_mass_channel_moves_the_mass(delta: float, low: float, ratio: float) -> None:
-    """Feeding δ times the force back gives exactly S and T of the rotor with 1/m = 1/m_n + Δ δ."""
+    """Feeding δ times the force back gives exactly S and T of the member with δ."""
     problem = _problem(low, low * ratio * 1.001)
-    mass = 1.0 / (1.0 / problem.mass.nominal_kg + problem.mass.inverse_deviation_per_kg * delta)
     loop = frequency_response(build_generalized_plant(problem).closed_by(LEAD), OMEGA)
     back = delta / (1.0 - delta * loop[:, 0, 0])
     closed = loop[:, 1:, 1:] + loop[:, 1:, :1] * back[:, None, None] * loop[:, :1, 1:]
-    s, t = _loop(problem, mass, LEAD)
+    s, t = _loop(problem, 0.5 * (1.0 - delta), LEAD)
     w1, w3 = problem.performance(1j * OMEGA), (1j * OMEGA / 2e4) ** 2
     np.testing.assert_allclose(closed[:, 0, 0], w1 * s, rtol=1e-6, atol=1e-9)
     np.testing.assert_allclose(closed[:, 1, 1], -w3 * t, rtol=1e-6, atol=1e-9)
@@ -110,7 +109,7 @@ def test_as_printed_differs_only_in_the_third_output() -> None:
     np.testing.assert_array_equal(mended.a, printed.a)
     np.testing.assert_array_equal(mended.b, printed.b)
     np.testing.assert_array_equal(mended.c[[0, 1, 3]], printed.c[[0, 1, 3]])
-    nominal = problem.mass.nominal_kg
+    nominal = problem.nominal.mass_kg
     assert nominal == pytest.approx(3.6)
     assert mended.c[2, 0] == pytest.approx(62500.0 / nominal / 2e4**2)
     assert printed.c[2, 0] == pytest.approx(-50.0 / nominal * 62500.0 / nominal / 2e4**2)

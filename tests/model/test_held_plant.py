@@ -7,28 +7,25 @@ import pytest
 from scipy.linalg import expm
 
 from magbear_cli.errors import NumericsError
+from magbear_cli.model.family import Plant
 from magbear_cli.model.held_plant import (
     Sampling,
     held_plant,
     hold_filter,
-    hold_mass,
     hold_shares,
-    stiffness_residue_n_per_m,
+    hold_shares_at,
+    hold_stiffness,
 )
-from magbear_cli.model.problem import ControlProblem, MassRange, RationalWeight, UncertainParameter
 
 ANGLES = np.array([0.05, 0.7, 1.9, 3.0])
 
 
-def _problem(uncertain: UncertainParameter = UncertainParameter.MASS) -> ControlProblem:
-    weight = RationalWeight.low_pass(10.0, 200.0)
-    return ControlProblem(62_500.0, 50.0, MassRange(3.0, 4.5), weight, 20_000.0, uncertain)
+PLANTS = [Plant(3.3, 62_500.0, 50.0), Plant(0.4, 9_000.0, 120.0)]
 
 
-def _by_exponentials(problem: ControlProblem, sampling: Sampling, mass_kg: float) -> list[complex]:
+def _by_exponentials(plant: Plant, sampling: Sampling) -> list[complex]:
     """The response from the matrix exponential of plant and input together, with the delay split by hand."""
-    k_z, inertia = problem.stiffness_n_per_m(mass_kg), problem.inertia_kg(mass_kg)
-    matrix = np.array([[0.0, 1.0, 0.0], [k_z / inertia, 0.0, problem.current_stiffness_n_per_a / inertia], [0, 0, 0]])
+    matrix = np.array([[0.0, 1.0, 0.0], [plant.pole_squared, 0.0, plant.acceleration_per_current], [0, 0, 0]])
     time, part = sampling.sample_time_s, sampling.part_s
     whole, early, late = (expm(matrix * duration) for duration in (time, time - part, part))
     fresh, old = early[:2, 2], early[:2, :2] @ late[:2, 2]
@@ -41,38 +38,42 @@ def _by_exponentials(problem: ControlProblem, sampling: Sampling, mass_kg: float
 
 
 @pytest.mark.parametrize("late", [0.0, 0.3, 1.0, 1.7, 2.0])
-@pytest.mark.parametrize("uncertain", list(UncertainParameter))
+@pytest.mark.parametrize("plant", PLANTS)
 @pytest.mark.parametrize("time", [2e-5, 5e-3])
-def test_closed_form_matrices_and_exponentials_agree(late: float, uncertain: UncertainParameter, time: float) -> None:
+def test_closed_form_matrices_and_exponentials_agree(late: float, plant: Plant, time: float) -> None:
     """Three ways to the held plant give one response, for whole and broken delays and slow sampling."""
-    problem, sampling, mass = _problem(uncertain), Sampling(time, late * time), 3.3
-    expected = _by_exponentials(problem, sampling, mass)
-    plant = held_plant(problem, sampling, mass)
-    np.testing.assert_allclose([plant(np.exp(1j * angle) - 1.0)[0, 0] for angle in ANGLES], expected, rtol=1e-8)
-    stiffness = hold_mass(problem, sampling, mass) * np.sin(ANGLES / 2.0) ** 2
-    stiffness = stiffness + problem.stiffness_n_per_m(mass) * np.cos(ANGLES / 2.0) ** 2
-    shares = hold_shares(problem, sampling, mass)
-    closed = -problem.current_stiffness_n_per_a * hold_filter(sampling, shares, ANGLES) / stiffness
+    sampling = Sampling(time, late * time)
+    expected = _by_exponentials(plant, sampling)
+    held = held_plant(plant, sampling)
+    np.testing.assert_allclose([held(np.exp(1j * angle) - 1.0)[0, 0] for angle in ANGLES], expected, rtol=1e-8)
+    stiffness = hold_stiffness(plant, sampling) * np.sin(ANGLES / 2.0) ** 2
+    stiffness = stiffness + plant.negative_stiffness_n_per_m * np.cos(ANGLES / 2.0) ** 2
+    shares = hold_shares(plant, sampling)
+    closed = -plant.current_stiffness_n_per_a * hold_filter(sampling, shares, ANGLES) / stiffness
     np.testing.assert_allclose(closed, expected, rtol=1e-8)
 
 
-def test_the_family_rises_with_the_mass() -> None:
-    """Mass and shares of the hold rise with the mass, so that the ends of a range enclose what is between."""
-    sampling, masses = Sampling(5e-3, 2e-3), np.linspace(3.0, 4.5, 40)
-    assert (np.diff(hold_mass(_problem(), sampling, masses)) > 0.0).all()
-    for share in hold_shares(_problem(), sampling, masses):
-        assert (np.diff(share) > 0.0).all()
-        assert ((share > 0.0) & (share < 1.0)).all()
+def test_shares_fall_with_the_speed_of_the_pole() -> None:
+    """So the shares of all plants of a box lie between those of its slowest and its fastest pole."""
+    sampling = Sampling(5e-3, 2e-3)
+    shares = np.array([hold_shares_at(float(pole), sampling) for pole in np.linspace(50.0, 400.0, 40)])
+    assert (np.diff(shares, axis=0) < 0.0).all()
+    assert ((shares > 0.0) & (shares < 1.0)).all()
 
 
-def test_the_residue_of_an_uncertain_stiffness_is_enclosed() -> None:
-    """Over the whole range the mass of the hold lies within its affine part and the residue."""
-    problem, sampling = _problem(UncertainParameter.NEGATIVE_STIFFNESS), Sampling(5e-3)
-    low, high = stiffness_residue_n_per_m(problem, sampling)
-    for mass in problem.mass.samples_kg(25):
-        straight = 4.0 * problem.inertia_kg(float(mass)) / 5e-3**2 + 2.0 * problem.stiffness_n_per_m(float(mass)) / 3.0
-        rest = float(hold_mass(problem, sampling, mass)) - straight
-        assert low <= rest <= high
+@pytest.mark.parametrize("tangent", [0.01, 0.3, 1.0, 40.0])
+def test_the_held_box_lies_between_its_corners(tangent: float) -> None:
+    """(µ v² + k_z)/k_i of plants of the box, a common factor of both stiffnesses among them, lies between the ends."""
+    sampling, random = Sampling(5e-3), np.random.default_rng(4)
+
+    def quotient(plant: Plant) -> float:
+        held = hold_stiffness(plant, sampling) * tangent**2 + plant.negative_stiffness_n_per_m
+        return held / plant.current_stiffness_n_per_a
+
+    low = quotient(Plant(3.0, 1.2 * 0.8 * 62_500.0, 1.2 * 1.1 * 50.0))
+    high = quotient(Plant(4.5, 0.9 * 1.3 * 62_500.0, 0.9 * 0.7 * 50.0))
+    for mass, f, k_z, k_i in random.uniform((3.0, 0.9, 0.8, 0.7), (4.5, 1.2, 1.3, 1.1), size=(200, 4)):
+        assert low <= quotient(Plant(mass, f * k_z * 62_500.0, f * k_i * 50.0)) <= high
 
 
 @pytest.mark.parametrize(("time", "delay"), [(0.0, 0.0), (-1e-5, 0.0), (1e-5, -1e-6), (float("nan"), 0.0)])

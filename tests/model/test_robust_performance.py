@@ -8,19 +8,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from magbear_cli.model.problem import ControlProblem, MassRange, RationalWeight
+from magbear_cli.model.problem import ControlProblem, RationalWeight
 from magbear_cli.model.robust_performance import (
     control_sensitivity,
     interconnection,
     open_interconnection,
-    worst_case_over_mass,
+    worst_level,
 )
 
 OMEGA = np.concatenate([[0.0], np.geomspace(0.1, 1e6, 60), [np.inf]])
 
 
 def _problem(omega_c: float | None = 2e4, high: float = 4.5) -> ControlProblem:
-    return ControlProblem(62500.0, 50.0, MassRange(3.0, high), RationalWeight.low_pass(10.0, 200.0), omega_c)
+    return ControlProblem.of_mass(62500.0, 50.0, (3.0, high), RationalWeight.low_pass(10.0, 200.0), omega_c)
 
 
 def _response(gain: float, zero: float, pole: float) -> NDArray[np.complex128]:
@@ -35,37 +35,36 @@ def test_the_worst_mass_is_the_worst_of_many(*, gain: float, zero: float, pole: 
     """No mass of a dense sample is worse than the closed form, and the sample comes near it."""
     problem = _problem(2e4 if limited else None)
     response = _response(gain, zero, pole)
-    level, mass = worst_case_over_mass(problem, response, OMEGA)
+    level, share = worst_level(problem, response, OMEGA)
     inner = slice(0, -1)
-    masses = problem.mass.samples_kg(1500)
-    plant = problem.plant(OMEGA[inner, None], masses)
+    shares = problem.family.shares(1500)
+    plant = problem.plant(OMEGA[inner, None], shares)
     sensitivity = 1.0 / (1.0 - response[inner, None] * plant)
     dense = problem.performance_bound(OMEGA[inner])[:, None] * np.abs(sensitivity)
     dense = dense + problem.bandwidth_bound(OMEGA[inner])[:, None] * np.abs(response[inner, None] * plant * sensitivity)
     assert (dense.max(axis=1) <= level[inner] * (1 + 1e-9)).all()
     near = level[inner] < 50.0  # beyond, a resonance is sharper than the sample
     np.testing.assert_allclose(dense.max(axis=1)[near], level[inner][near], rtol=2e-3)
-    assert ((mass >= problem.mass.low_kg * (1 - 1e-12)) & (mass <= problem.mass.high_kg * (1 + 1e-12))).all()
+    assert ((share >= 0.0) & (share <= 1.0)).all()
 
 
 def test_the_limit_at_infinity_is_the_limit() -> None:
     """The level at ω = ∞ is what the level tends to."""
     problem, response = _problem(), _response(1e5, 800.0, 3e4)
-    level, _ = worst_case_over_mass(problem, response, OMEGA)
+    level, _ = worst_level(problem, response, OMEGA)
     far = np.array([1e13])
-    near_infinity = worst_case_over_mass(problem, response[-1:], far)[0]
+    near_infinity = worst_level(problem, response[-1:], far)[0]
     assert level[-1] == pytest.approx(near_infinity[0], rel=1e-6)
 
 
 @given(delta=st.floats(-1.0, 1.0), gain=st.floats(2e3, 1e5))
 @settings(deadline=None, max_examples=40)
 def test_closing_the_mass_channel_gives_the_loop_of_that_mass(delta: float, gain: float) -> None:
-    """M with its first channel closed by a real δ is W1 S and W3 T of the mass with 1/m = 1/m_n + Δ δ."""
+    """M with its first channel closed by a real δ is W1 S and W3 T of the member with δ, δ = −1 at the last end."""
     problem, response = _problem(), _response(gain, 800.0, 3e4)
     matrix = interconnection(problem, response, OMEGA)[:-1]
     omega, k = OMEGA[:-1], response[:-1]
-    mass = 1.0 / (1.0 / problem.mass.nominal_kg + delta * problem.mass.inverse_deviation_per_kg)
-    plant = problem.plant(omega, mass)
+    plant = problem.plant(omega, 0.5 * (1.0 - delta))
     closed = matrix[:, 1:, 1:] + matrix[:, 1:, :1] * matrix[:, :1, 1:] * (delta / (1 - delta * matrix[:, :1, :1]))
     sensitivity = 1.0 / (1.0 - k * plant)
     np.testing.assert_allclose(closed[:, 0, 0], problem.performance(1j * omega) * sensitivity, rtol=1e-7)
@@ -87,6 +86,6 @@ def test_control_sensitivity_is_k_times_s() -> None:
     """K S from its closed form and from K and S; at ∞ it is K."""
     problem, response = _problem(), _response(1e5, 800.0, 3e4)
     ks = control_sensitivity(problem, response, OMEGA)
-    plant = problem.plant(OMEGA[:-1], problem.mass.nominal_kg)
+    plant = problem.plant(OMEGA[:-1], 0.5)
     np.testing.assert_allclose(ks[:-1] * (1 - response[:-1] * plant), response[:-1], rtol=1e-12)
     assert ks[-1] == response[-1]

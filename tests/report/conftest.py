@@ -95,6 +95,8 @@ def _frequency(low: float, high: float, omega_c: float | None) -> FrequencyStudy
     return FrequencyStudy(
         omega_rad_s=omega,
         masses_kg=masses,
+        negative_stiffness_n_per_m=np.full(masses.size, K_Z),
+        current_stiffness_n_per_a=np.full(masses.size, K_I),
         mu_upper=1.06 * worst,
         mu_lower=1.05 * worst,
         worst_case=worst,
@@ -110,7 +112,7 @@ def _frequency(low: float, high: float, omega_c: float | None) -> FrequencyStudy
 def _poles(low: float, high: float) -> PoleStudy:
     masses = np.linspace(low, high, 9) if high > low else np.array([low])
     rows = [np.roots([m, m * POLE, K_I * GAIN - K_Z, K_I * GAIN * ZERO - K_Z * POLE]) for m in masses]
-    return PoleStudy(masses, np.array(rows, dtype=complex))
+    return PoleStudy(masses, np.full(masses.size, K_Z), np.full(masses.size, K_I), np.array(rows, dtype=complex))
 
 
 def _steps(low: float, high: float) -> tuple[StepOutcome, ...]:

@@ -18,6 +18,7 @@ from magbear_cli.report.sensitivity_figure import sensitivity_drawing
 from magbear_cli.report.series import Labels
 from magbear_cli.report.tables import case_figures
 from magbear_cli.spec import read_study_text
+from magbear_cli.study.members import members_of
 from magbear_cli.study.outcome import CaseOutcome
 from magbear_cli.study.pipeline import run_case
 
@@ -104,10 +105,20 @@ def test_the_worst_member_is_named(stiffness: CaseOutcome) -> None:
             {"mass_kg": [3.6], "force_constant_factor": [pytest.approx(1.2)]},
         ),
         (
-            "mass_kg: [3.0, 4.5]\nuncertain: {parameter: force_constant, factor: [0.8, 1.2]}",
-            "m/f = 2.5 kg",
-            "m/f = 2.5–5.625 kg",
-            {"equivalent_mass_kg": [pytest.approx(2.5)]},
+            "mass_kg: 3.6\nuncertain: {current_stiffness: [0.8, 1.2]}",
+            "k_i = 60 N/A",
+            "k_i = 40–60 N/A",
+            {"mass_kg": [3.6], "current_stiffness_n_per_a": [pytest.approx(60.0)]},
+        ),
+        (
+            "mass_kg: [3.0, 4.5]\nuncertain: {current_stiffness: [0.8, 1.2]}",
+            "3 kg, k_i = 60 N/A",
+            "3 kg, k_i = 60 N/A to 4.5 kg, k_i = 40 N/A",
+            {
+                "mass_kg": [3.0],
+                "negative_stiffness_n_per_m": [pytest.approx(62_500.0)],
+                "current_stiffness_n_per_a": [pytest.approx(60.0)],
+            },
         ),
     ],
 )
@@ -115,7 +126,7 @@ def test_every_family_has_its_names(family: str, name: str, span: str, columns: 
     """The first member of each, the whole of it, and its columns."""
     outcome = _case(family)
     assert outcome.poles is not None
-    masses, members = outcome.poles.masses_kg, Members(outcome)
-    assert members.name(float(masses[0])) == name
-    assert members.span(masses) == span
-    assert members.columns(float(masses[0]), 1) == columns
+    plants, members = members_of(outcome.poles), Members(outcome)
+    assert members.name(plants[0]) == name
+    assert members.span(plants) == span
+    assert members.columns(plants[0], 1) == columns

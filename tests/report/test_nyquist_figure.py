@@ -60,6 +60,8 @@ def test_one_mass_has_no_template(make_case: MakeCase) -> None:
     single = replace(
         study,
         masses_kg=study.masses_kg[:1],
+        negative_stiffness_n_per_m=study.negative_stiffness_n_per_m[:1],
+        current_stiffness_n_per_a=study.current_stiffness_n_per_a[:1],
         sensitivity=study.sensitivity[:1],
         complementary_sensitivity=study.complementary_sensitivity[:1],
     )

@@ -62,7 +62,14 @@ def frequency_studies(draw: st.DrawFn) -> FrequencyStudy:
     """Frequency studies from one point to more than a compressed chunk."""
     w, k = draw(st.sampled_from([1, 3, 200])), draw(st.integers(1, 3))
     real, table = [draw(arrays(w)) for _ in range(6)], [draw(complexes(k, w)) for _ in range(3)]
-    values: list[Any] = [real[0], draw(arrays(k)), *real[1:4], *table, draw(complexes(w)), *real[4:]]
+    values: list[Any] = [
+        real[0],
+        *(draw(arrays(k)) for _ in range(3)),
+        *real[1:4],
+        *table,
+        draw(complexes(w)),
+        *real[4:],
+    ]
     return FrequencyStudy(*values)
 
 
@@ -70,7 +77,7 @@ def frequency_studies(draw: st.DrawFn) -> FrequencyStudy:
 def pole_studies(draw: st.DrawFn) -> PoleStudy:
     """Pole studies."""
     k, n = draw(st.integers(1, 3)), draw(st.integers(0, 4))
-    return PoleStudy(draw(arrays(k)), draw(complexes(k, n)))
+    return PoleStudy(draw(arrays(k)), draw(arrays(k)), draw(arrays(k)), draw(complexes(k, n)))
 
 
 @st.composite
@@ -190,7 +197,7 @@ def make_full_case(index: int) -> CaseOutcome:
     def table(*shape: int) -> Any:  # noqa: ANN401 - an array
         return draw.normal(size=shape) + 1j * draw.normal(size=shape)
 
-    values: list[Any] = [np.logspace(0, 6, w), np.array([3.0, 3.5, 4.5])]
+    values: list[Any] = [np.logspace(0, 6, w), np.array([3.0, 3.5, 4.5]), np.ones(3), np.ones(3)]
     values += [draw.random(w) for _ in range(3)]
     values += [table(k, w), table(k, w), table(k, w), table(w), draw.random(w), draw.random(w)]
     step = StepOutcome(
@@ -219,7 +226,7 @@ def make_full_case(index: int) -> CaseOutcome:
         Summary(level=0.5, peak_mu=0.512, worst_case=0.402, order=n, verified=True, iso_zone="A"),
         StateSpace(matrices[:n, :n], matrices[:n, n:], matrices[n:, :n], matrices[n:, n:]),
         FrequencyStudy(*values),
-        PoleStudy(np.linspace(3.0, 4.5, 5), table(5, n + 2)),
+        PoleStudy(np.linspace(3.0, 4.5, 5), np.ones(5), np.ones(5), table(5, n + 2)),
         (step, step),
         {"solves": 12.0, "residual": 1e-12},
         ImpossibilityProof(

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from magbear_cli.errors import NumericsError, Status
+from magbear_cli.errors import Status
 from magbear_cli.model.bearing import CurrentLaw
 from magbear_cli.study.building import (
     build_bearing,
-    build_mass_range,
+    build_family,
     build_problem,
     build_scenario,
     design_controller,
@@ -32,63 +32,69 @@ FULL_SCENARIO = (
 def test_the_thesis_bearing_has_the_thesis_stiffnesses(resolved: Resolve) -> None:
     """k_z = 4 k0 i0²/z0³ = 62 500 N/m and k_i = 4 k0 i0/z0² = 50 N/A at the origin (thesis eqs. 2.2-2.4)."""
     problem = build_problem(resolved())
-    assert problem.negative_stiffness_n_per_m == pytest.approx(62500.0, rel=1e-12)
-    assert problem.current_stiffness_n_per_a == pytest.approx(50.0, rel=1e-12)
-    assert (problem.mass.low_kg, problem.mass.high_kg, problem.omega_c_rad_s) == (3.0, 4.5, 20000.0)
+    assert problem.nominal.negative_stiffness_n_per_m == pytest.approx(62500.0, rel=1e-12)
+    assert problem.nominal.current_stiffness_n_per_a == pytest.approx(50.0, rel=1e-12)
+    ends = problem.family.first.mass_kg, problem.family.last.mass_kg
+    assert (*ends, problem.omega_c_rad_s) == (3.0, 4.5, 20000.0)
     assert abs(complex(problem.performance(0.0))) == pytest.approx(10.0)
 
 
 def test_the_operating_point_is_where_the_bearing_is_linearised(resolved: Resolve) -> None:
     """Off the middle of the gap the negative stiffness is larger."""
     problem = build_problem(resolved("operating_point.position_m=1e-4"))
-    assert problem.negative_stiffness_n_per_m > 62500.0
+    assert problem.nominal.negative_stiffness_n_per_m > 62500.0
 
 
 def test_the_current_law_is_that_of_the_study(resolved: Resolve) -> None:
     """The half law halves k_i and leaves k_z."""
     inputs = resolved("bearing.current_law=half_switched")
     assert build_bearing(inputs).current_law is CurrentLaw.HALF_SWITCHED
-    assert build_problem(inputs).current_stiffness_n_per_a == pytest.approx(25.0, rel=1e-12)
+    assert build_problem(inputs).nominal.current_stiffness_n_per_a == pytest.approx(25.0, rel=1e-12)
 
 
 @pytest.mark.parametrize(("low", "high"), [(0.8, 1.25), (0.5, 3.0)])
-def test_an_uncertain_force_constant_is_a_range_of_masses(resolved: Resolve, low: float, high: float) -> None:
-    """With k0 f times as large G is that of a mass f times as small, at every frequency."""
-    problem = build_problem(resolved(f"uncertain={{parameter: force_constant, factor: [{low}, {high}]}}"))
-    known = build_problem(resolved())
-    omega = np.geomspace(1.0, 1e5, 7)
-    for mass, factor in ((problem.mass.low_kg, high), (problem.mass.high_kg, low)):
-        own = known.mass.low_kg if factor == high else known.mass.high_kg
-        stiffness = own * omega**2 + factor * known.negative_stiffness_n_per_m
-        plant = -factor * known.current_stiffness_n_per_a / stiffness
-        np.testing.assert_allclose(problem.plant(omega, mass), plant, rtol=1e-12)
+def test_an_uncertain_force_constant_scales_both_stiffnesses(resolved: Resolve, low: float, high: float) -> None:
+    """The first end is the lightest rotor on the strongest magnets, the last one the opposite."""
+    family = build_family(resolved(f"uncertain={{force_constant: [{low}, {high}]}}"))
+    for plant, mass, factor in ((family.first, 3.0, high), (family.last, 4.5, low)):
+        assert plant.mass_kg == mass
+        assert plant.negative_stiffness_n_per_m == pytest.approx(factor * 62_500.0, rel=1e-12)
+        assert plant.current_stiffness_n_per_a == pytest.approx(factor * 50.0, rel=1e-12)
 
 
 @pytest.mark.parametrize(("low", "high"), [(0.8, 1.25), (0.5, 3.0)])
 def test_an_uncertain_stiffness_stands_about_its_middle(resolved: Resolve, low: float, high: float) -> None:
     """Both ends of the range are plants with the rotor's own mass, and the nominal one is in the middle of k_z."""
-    text = f"uncertain={{parameter: negative_stiffness, factor: [{low}, {high}]}}"
-    problem = build_problem(resolved("mass_kg=3.6", text))
-    omega = np.geomspace(1.0, 1e5, 7)
-    ends = [(problem.mass.low_kg, high), (problem.mass.high_kg, low), (problem.mass.nominal_kg, 0.5 * (low + high))]
-    for mass, factor in ends:
-        assert problem.inertia_kg(mass) == pytest.approx(3.6, rel=1e-12)
-        assert problem.stiffness_n_per_m(mass) == pytest.approx(factor * 62_500.0, rel=1e-12)
-        plant = -50.0 / (3.6 * omega**2 + factor * 62_500.0)
-        np.testing.assert_allclose(problem.plant(omega, mass), plant, rtol=1e-12)
+    family = build_family(resolved("mass_kg=3.6", f"uncertain={{negative_stiffness: [{low}, {high}]}}"))
+    for plant, factor in ((family.first, low), (family.last, high), (family.nominal, 0.5 * (low + high))):
+        assert plant.mass_kg == 3.6
+        assert plant.negative_stiffness_n_per_m == pytest.approx(factor * 62_500.0, rel=1e-12)
+        assert plant.current_stiffness_n_per_a == pytest.approx(50.0, rel=1e-12)
+
+
+def test_the_older_form_means_the_same(resolved: Resolve) -> None:
+    """``parameter`` and ``factor`` give the inputs of the newer key."""
+    old = resolved("uncertain={parameter: negative_stiffness, factor: [0.8, 1.2]}")
+    assert old == resolved("uncertain={negative_stiffness: [0.8, 1.2]}")
+
+
+def test_every_plant_of_the_box_lies_between_the_ends(resolved: Resolve) -> None:
+    """Mass, force constant and both stiffnesses uncertain at once: random plants of the box at random frequencies."""
+    text = "uncertain={force_constant: [0.9, 1.2], negative_stiffness: [0.8, 1.1], current_stiffness: [0.95, 1.3]}"
+    family, random = build_family(resolved(text)), np.random.default_rng(2)
+    low, high = (3.0, 0.9, 0.8, 0.95), (4.5, 1.2, 1.1, 1.3)
+    for mass, f, z, i in random.uniform(low, high, size=(300, 4)):
+        omega = 10.0 ** random.uniform(-1.0, 6.0)
+        rho = (mass * omega**2 + f * z * 62_500.0) / (f * i * 50.0)
+        first, last = (float(family.current_per_displacement(omega, share)) for share in (0.0, 1.0))
+        assert first <= rho <= last
+        slow, fast = family.pole_range
+        assert slow <= np.sqrt(f * z * 62_500.0 / mass) <= fast
 
 
 def test_no_bandwidth_is_no_limit(resolved: Resolve) -> None:
     """Without ``bandwidth`` the problem has no W3."""
     assert build_problem(resolved("bandwidth=null")).omega_c_rad_s is None
-
-
-def test_a_number_is_a_range_of_one_mass() -> None:
-    """One mass is fixed, two are a range, and a range that falls is refused."""
-    assert build_mass_range(3.6).is_fixed
-    assert not build_mass_range([3.0, 4.5]).is_fixed
-    with pytest.raises(NumericsError, match="mass range"):
-        build_mass_range([4.5, 3.0])
 
 
 def test_every_key_of_a_scenario_arrives(resolved: Resolve) -> None:

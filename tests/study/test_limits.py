@@ -10,14 +10,14 @@ import pytest
 from magbear_cli.analysis.gridless import prove_level
 from magbear_cli.errors import Status
 from magbear_cli.model.bearing import Bearing, CurrentLaw, linearization
-from magbear_cli.model.problem import ControlProblem, MassRange, RationalWeight
+from magbear_cli.model.problem import ControlProblem, RationalWeight
 from magbear_cli.study.limits import LimitBracket, LimitOptions, _RootSearch, bracket_limit
 from magbear_cli.study.proving import is_proof
 
 
 def thrust(low_kg: float, high_kg: float) -> ControlProblem:
     """The thrust bearing with W1 = 2000/(s + 200), its ω_c left open."""
-    return ControlProblem(62_500.0, 50.0, MassRange(low_kg, high_kg), RationalWeight.low_pass(10.0, 200.0))
+    return ControlProblem.of_mass(62_500.0, 50.0, (low_kg, high_kg), RationalWeight.low_pass(10.0, 200.0))
 
 
 @pytest.fixture(scope="module")
@@ -85,10 +85,10 @@ def magnets(air_gap_m: float, force_constant: float, bias_a: float, law: Current
 def test_the_search_does_not_stop_above_the_limit() -> None:
     """A problem whose search once stopped at 900.9 rad/s, 4.5 % above what an exact design of 24 states proves."""
     k_z, k_i = magnets(0.0005915954633761386, 2.8014463359757223e-06, 0.8535922775147478, CurrentLaw.HALF_SWITCHED)
-    problem = ControlProblem(
+    problem = ControlProblem.of_mass(
         k_z,
         k_i,
-        MassRange(0.6763535324977643, 0.7539543755319933),
+        (0.6763535324977643, 0.7539543755319933),
         RationalWeight((78939.30515125633,), (1.0, 370.7588298259607, 34048.22298069615)),
     )
     answer = bracket_limit(problem)
@@ -102,7 +102,7 @@ def third_order() -> ControlProblem:
     """Two real poles and one more of W1, of three different speeds."""
     k_z, k_i = magnets(0.00028757988047183606, 2.0999664578686004e-05, 0.41679388757773383, CurrentLaw.FULL)
     weight = RationalWeight((91184580.41205037,), (1.0, 551.4569706365703, 36855.321140671265, 4837698.121102206))
-    return ControlProblem(k_z, k_i, MassRange(5.505326426236194, 11.822052539142241), weight)
+    return ControlProblem.of_mass(k_z, k_i, (5.505326426236194, 11.822052539142241), weight)
 
 
 @pytest.mark.parametrize(

@@ -15,47 +15,44 @@ Resolve = Callable[..., dict[str, Any]]
 OMEGA = np.geomspace(1.0, 1e6, 50)
 FAMILIES = {
     Uncertainty.MASS: ("mass_kg=[3.0, 4.5]",),
-    Uncertainty.NEGATIVE_STIFFNESS: ("mass_kg=3.6", "uncertain={parameter: negative_stiffness, factor: [0.4, 0.9]}"),
-    Uncertainty.FORCE_CONSTANT: ("mass_kg=3.6", "uncertain={parameter: force_constant, factor: [0.8, 1.3]}"),
-    Uncertainty.MASS_AND_FORCE_CONSTANT: (
+    Uncertainty.NEGATIVE_STIFFNESS: ("mass_kg=3.6", "uncertain={negative_stiffness: [0.4, 0.9]}"),
+    Uncertainty.CURRENT_STIFFNESS: ("mass_kg=3.6", "uncertain={current_stiffness: [0.8, 1.1]}"),
+    Uncertainty.FORCE_CONSTANT: ("mass_kg=3.6", "uncertain={force_constant: [0.8, 1.3]}"),
+    Uncertainty.SEVERAL: (
         "mass_kg=[3.0, 4.5]",
-        "uncertain={parameter: force_constant, factor: [0.8, 1.3]}",
+        "uncertain={force_constant: [0.8, 1.3], current_stiffness: [0.9, 1.0]}",
     ),
 }
 POINT = "operating_point={position_m: 5.0e-5, current_a: 0.1}"
 
 
 @pytest.mark.parametrize("kind", list(FAMILIES))
-def test_the_end_members_are_the_ends_of_the_problem(resolved: Resolve, kind: Uncertainty) -> None:
-    """At every frequency they have the plants of the lowest and the highest mass that stand for them."""
+def test_the_kind_is_what_differs(resolved: Resolve, kind: Uncertainty) -> None:
+    """Each study names what it leaves open, and the ends are those of its family."""
     inputs = resolved(*FAMILIES[kind], POINT)
     assert uncertainty(inputs) is kind
-    problem, ends = build_problem(inputs), end_members(inputs)
-    for member, mass in zip(ends, problem.end_masses_kg, strict=True):
-        force = member.mass_kg * OMEGA**2 + member.negative_stiffness_n_per_m
-        np.testing.assert_allclose(
-            -member.current_stiffness_n_per_a / force, problem.plant(OMEGA, mass).real, rtol=1e-13
-        )
+    assert end_members(inputs) == build_problem(inputs).family.ends
 
 
 @pytest.mark.parametrize("kind", list(FAMILIES))
 def test_values_are_those_of_the_members(resolved: Resolve, kind: Uncertainty) -> None:
-    """The plant with the value of a mass is the plant of that mass, in the whole range."""
+    """The plant with the value of a member is that member, along the whole family."""
     inputs = resolved(*FAMILIES[kind], POINT)
-    problem, ends = build_problem(inputs), end_members(inputs)
+    family = build_problem(inputs).family
     nominal = end_members({**inputs, "uncertain": None})[0]
     k_i, k_z = nominal.current_stiffness_n_per_a, nominal.negative_stiffness_n_per_m
-    for mass in problem.mass.samples_kg(7):
-        value = float(member_values(inputs, mass))
-        plant = {
-            Uncertainty.MASS: lambda v: -k_i / (v * OMEGA**2 + k_z),
-            Uncertainty.NEGATIVE_STIFFNESS: lambda v: -k_i / (3.6 * OMEGA**2 + v),
-            Uncertainty.FORCE_CONSTANT: lambda v: -k_i * v / (3.6 * OMEGA**2 + k_z * v),
-            Uncertainty.MASS_AND_FORCE_CONSTANT: lambda v: -k_i / (v * OMEGA**2 + k_z),
-        }[kind](value)
-        np.testing.assert_allclose(plant, problem.plant(OMEGA, mass).real, rtol=1e-12)
-    if kind is Uncertainty.NEGATIVE_STIFFNESS:
-        assert [one.negative_stiffness_n_per_m for one in ends] == pytest.approx([0.9 * k_z, 0.4 * k_z])
+    shares = family.shares(7)
+    values = member_values(inputs, [family.member(float(share)) for share in shares])
+    for share, value in zip(shares, values, strict=True):
+        m, z, i = {
+            Uncertainty.MASS: (value, k_z, k_i),
+            Uncertainty.NEGATIVE_STIFFNESS: (3.6, value, k_i),
+            Uncertainty.CURRENT_STIFFNESS: (3.6, k_z, value),
+            Uncertainty.FORCE_CONSTANT: (3.6, value * k_z, value * k_i),
+            Uncertainty.SEVERAL: (1.0, family.pole_squared(value), family.acceleration_per_current(value)),
+        }[kind]
+        rho = (m * OMEGA**2 + z) / i
+        np.testing.assert_allclose(rho, family.current_per_displacement(OMEGA, share), rtol=1e-9)
 
 
 def test_a_known_plant_is_one_member(resolved: Resolve) -> None:

@@ -11,13 +11,13 @@ import pytest
 from magbear_cli.errors import NumericsError, Status
 from magbear_cli.lti.connection import parallel
 from magbear_cli.lti.state_space import StateSpace
-from magbear_cli.model.problem import ControlProblem, MassRange, RationalWeight
+from magbear_cli.model.problem import ControlProblem, RationalWeight
 from magbear_cli.study.judging import judge_loop
 from magbear_cli.study.reduction import reduce_design
 from magbear_cli.synthesis.design import Design
 from magbear_cli.synthesis.fixed_order import FixedOrderOptions, design_fixed_order
 
-PROBLEM = ControlProblem(62_500.0, 50.0, MassRange(3.0, 4.5), RationalWeight.low_pass(10.0, 200.0), 20_000.0)
+PROBLEM = ControlProblem.of_mass(62_500.0, 50.0, (3.0, 4.5), RationalWeight.low_pass(10.0, 200.0), 20_000.0)
 
 
 @pytest.fixture(scope="module")
@@ -69,8 +69,8 @@ def test_an_integrator_that_rounding_has_moved_costs_no_other_state(name: str) -
     """A published rig's controller with its integrator at −1.25e-13 rad/s and at 0: peak S is 1.80."""
     current, gap = 1.0, 0.432e-3
     stiffness = 4.0 * 2.600303281978716e-06 * current / gap**2
-    problem = ControlProblem(
-        stiffness * current / gap, stiffness, MassRange(1.6, 1.6), RationalWeight((0.1, 0.1), (1.0, 0.01)), None
+    problem = ControlProblem.of_mass(
+        stiffness * current / gap, stiffness, (1.6, 1.6), RationalWeight((0.1, 0.1), (1.0, 0.01)), None
     )
     matrices = json.loads((Path(__file__).parent / "inputs" / f"{name}.json").read_text(encoding="utf-8"))
     design = Design(StateSpace.of(*(matrices[key] for key in "abcd")), Status.OK)

@@ -11,14 +11,14 @@ import pytest
 from magbear_cli.analysis.elastic_loop import elastic_poles, fastest_growing, free_touching_damping
 from magbear_cli.errors import Status
 from magbear_cli.lti.state_space import StateSpace
-from magbear_cli.model.problem import ControlProblem, MassRange, RationalWeight
+from magbear_cli.model.problem import ControlProblem, RationalWeight
 from magbear_cli.model.rotor import FlexibleRotor
 from magbear_cli.study import rotor_identification
 from magbear_cli.study.pipeline import run_case
 from magbear_cli.study.plan import case_id
 from magbear_cli.study.rotor_identification import Facts, fit_rotor
 
-PROBLEM = ControlProblem(62500.0, 25.0, MassRange(2.2, 4.5), RationalWeight.low_pass(18.0, 17.0), 2000.0)
+PROBLEM = ControlProblem.of_mass(62500.0, 25.0, (2.2, 4.5), RationalWeight.low_pass(18.0, 17.0), 2000.0)
 LEAD = StateSpace.of([[-4000.0]], [[1.0]], [[-3.5e5 * (300.0 - 4000.0)]], [[-3.5e5]])
 
 

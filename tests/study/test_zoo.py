@@ -276,9 +276,9 @@ def _is_stable(outcome: CaseOutcome) -> bool:
     problem, K = build_problem(outcome.inputs), outcome.controller
     assert K is not None
     unit = 1.0 / problem.natural_rad_s
-    for mass in (problem.mass.low_kg, problem.mass.high_kg):
-        rotor = np.array([[0.0, 1.0], [problem.negative_stiffness_n_per_m / mass * unit**2, 0.0]])
-        force = np.array([[0.0], [problem.current_stiffness_n_per_a / mass * unit**2]])
+    for plant in problem.family.ends:
+        rotor = np.array([[0.0, 1.0], [plant.negative_stiffness_n_per_m / plant.mass_kg * unit**2, 0.0]])
+        force = np.array([[0.0], [plant.current_stiffness_n_per_a / plant.mass_kg * unit**2]])
         see = np.array([[1.0, 0.0]])
         top = np.hstack([rotor + force @ K.d @ see, force @ K.c])
         whole = np.vstack([top, np.hstack([unit * K.b @ see, unit * K.a])])
@@ -288,19 +288,17 @@ def _is_stable(outcome: CaseOutcome) -> bool:
 
 
 def _brute_force(outcome: CaseOutcome) -> float:
-    """The largest |W1 S| + |W3 T| on masses × frequencies, from the definitions."""
+    """The largest |W1 S| + |W3 T| on members × frequencies, from the definitions."""
     problem, K = build_problem(outcome.inputs), outcome.controller
     assert K is not None
     omega = problem.natural_rad_s * np.geomspace(1e-6, 1e8, 1200)
     resolvent = np.linalg.solve(1j * omega[:, None, None] * np.eye(K.order) - K.a, K.b.astype(complex))
     response = (K.c @ resolvent)[:, 0, 0] + K.d[0, 0]
-    return max(
-        _level(problem, response, omega, mass) for mass in np.linspace(problem.mass.low_kg, problem.mass.high_kg, 9)
-    )
+    return max(_level(problem, response, omega, float(share)) for share in np.linspace(0.0, 1.0, 9))
 
 
-def _level(problem: ControlProblem, response: Any, omega: Any, mass: float) -> float:  # noqa: ANN401 - arrays
-    S = 1.0 / (1.0 - response * problem.plant(omega, mass))
+def _level(problem: ControlProblem, response: Any, omega: Any, share: float) -> float:  # noqa: ANN401 - arrays
+    S = 1.0 / (1.0 - response * problem.plant(omega, share))
     return float(
         (problem.performance_bound(omega) * np.abs(S) + problem.bandwidth_bound(omega) * np.abs(S - 1.0)).max()
     )

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from magbear_cli.model.problem import ControlProblem, MassRange, RationalWeight
+from magbear_cli.model.problem import ControlProblem, RationalWeight
 
 ProblemMaker = Callable[[float, float, float | None], ControlProblem]
 
@@ -18,7 +18,7 @@ def thrust_problem() -> ProblemMaker:
 
     def make(low_kg: float, high_kg: float, omega_c_rad_s: float | None) -> ControlProblem:
         weight = RationalWeight.low_pass(10.0, 200.0)
-        return ControlProblem(62500.0, 50.0, MassRange(low_kg, high_kg), weight, omega_c_rad_s)
+        return ControlProblem.of_mass(62500.0, 50.0, (low_kg, high_kg), weight, omega_c_rad_s)
 
     return make
 
@@ -30,6 +30,6 @@ def peaked_problem() -> Callable[[float, float], ControlProblem]:
     def make(peak_rad_s: float, damping: float) -> ControlProblem:
         num = np.polymul([0.5, 50.0], [1.0, 40.0 * damping * peak_rad_s, peak_rad_s**2])
         den = np.polymul([1.0, 0.05], [1.0, 2.0 * damping * peak_rad_s, peak_rad_s**2])
-        return ControlProblem(62500.0, 50.0, MassRange(3.0, 4.5), RationalWeight(tuple(num), tuple(den)), 20_000.0)
+        return ControlProblem.of_mass(62500.0, 50.0, (3.0, 4.5), RationalWeight(tuple(num), tuple(den)), 20_000.0)
 
     return make

@@ -6,21 +6,23 @@ import numpy as np
 import pytest
 
 from magbear_cli.errors import NumericsError
-from magbear_cli.model.problem import ControlProblem, MassRange, RationalWeight
-from magbear_cli.synthesis.adaptive_lfe import AdaptiveLfeOptions, design_adaptive_lfe, placed_gain
+from magbear_cli.model.family import Plant
+from magbear_cli.model.problem import ControlProblem, RationalWeight
+from magbear_cli.synthesis.adaptive_lfe import AdaptiveLfeOptions, design_adaptive_lfe
+from magbear_cli.synthesis.state_feedback import placed_gain
 
 WEIGHT = RationalWeight.low_pass(18.0, 17.0)
 
 
 def problem(k_i: float) -> ControlProblem:
     """The thesis's bearing with a current law, 2.2 to 4.5 kg."""
-    return ControlProblem(62500.0, k_i, MassRange(2.2, 4.5), WEIGHT, 2000.0)
+    return ControlProblem.of_mass(62500.0, k_i, (2.2, 4.5), WEIGHT, 2000.0)
 
 
 def test_the_printed_gain_is_that_of_the_full_current_law() -> None:
     """K = [1.71e4, 52.8] places two poles at −600 rad/s for 2.2 kg and 50 N/A; the half law needs twice as much."""
-    assert placed_gain(problem(50.0), 2.2, 600.0, 1.0) == pytest.approx((1.71e4, 52.8), rel=1e-3)
-    assert placed_gain(problem(25.0), 2.2, 600.0, 1.0) == pytest.approx((3.42e4, 105.6), rel=1e-3)
+    assert placed_gain(Plant(2.2, 62_500.0, 50.0), 600.0, 1.0) == pytest.approx((1.71e4, 52.8), rel=1e-3)
+    assert placed_gain(Plant(2.2, 62_500.0, 25.0), 600.0, 1.0) == pytest.approx((3.42e4, 105.6), rel=1e-3)
 
 
 @pytest.mark.parametrize(("k_i", "mass", "zeta"), [(25.0, None, 1.0), (50.0, 3.3, 0.4)])

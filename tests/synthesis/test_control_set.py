@@ -55,7 +55,7 @@ def test_what_the_set_holds_meets_the_specification(
     held = held_set(scaled, lead, OMEGA, 0.9, uncertainty)
     present = control_sensitivity(scaled, lead.response(OMEGA), OMEGA)
     assert _room(held, present).min() >= -1e-9
-    plant = np.where(np.isfinite(OMEGA), scaled.plant(np.where(np.isfinite(OMEGA), OMEGA, 0.0), 1.0), 0.0)
+    plant = np.where(np.isfinite(OMEGA), scaled.plant(np.where(np.isfinite(OMEGA), OMEGA, 0.0), 0.5), 0.0)
     random, kept = np.random.default_rng(5), 0
     for size in np.geomspace(0.003, 1.0, 14):
         noise = random.normal(size=OMEGA.size) + 1j * random.normal(size=OMEGA.size)

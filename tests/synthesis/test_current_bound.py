@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from magbear_cli.model.problem import ControlProblem, MassRange, RationalWeight
+from magbear_cli.model.problem import ControlProblem, RationalWeight
 from magbear_cli.model.scaling import scale_problem
 from magbear_cli.synthesis import current_bound
 from magbear_cli.synthesis.all_pass_sections import Sections
@@ -37,7 +37,7 @@ def test_the_integral_is_the_same_for_every_controller(q: list[float], multiplie
 def test_without_a_specification_the_bound_is_the_known_one() -> None:
     """To hold an unstable pole at all |K S| must reach four times k_z/k_i: −4 (s − 1)/(s + 1) is the least."""
     weight = RationalWeight.low_pass(1e-4, 1.0)
-    scaled = ControlProblem(1.0, 1.0, MassRange(1.0, 1.0), weight)
+    scaled = ControlProblem.of_mass(1.0, 1.0, (1.0, 1.0), weight)
     assert least_peak_bound(scaled, "real", (0.3, 20.0), 4.1) == pytest.approx(4.0, rel=2e-3)
 
 

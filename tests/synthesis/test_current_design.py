@@ -11,7 +11,7 @@ from magbear_cli.errors import Status
 from magbear_cli.lti.frequency import frequency_response
 from magbear_cli.lti.state_space import StateSpace
 from magbear_cli.model.filters import Prefilter
-from magbear_cli.model.problem import ControlProblem, MassRange, RationalWeight
+from magbear_cli.model.problem import ControlProblem, RationalWeight
 from magbear_cli.model.robust_performance import control_sensitivity
 from magbear_cli.synthesis.design import Design
 from magbear_cli.synthesis.half_plane import complex_mu_level, real_mass_level
@@ -59,7 +59,7 @@ def test_complex_blocks_take_less_than_was_known(thrust_problem: Maker) -> None:
 
 def test_holding_the_rotor_and_no_more_has_a_known_price() -> None:
     """With next to no specification the least peak of |K S| is 4 k_z/k_i, by a lead −4 (s + 1)/(s + 3) in own units."""
-    problem = ControlProblem(62500.0, 50.0, MassRange(3.6, 3.6), RationalWeight.low_pass(1e-3, 200.0))
+    problem = ControlProblem.of_mass(62500.0, 50.0, (3.6, 3.6), RationalWeight.low_pass(1e-3, 200.0))
     design = design_mu_convex(problem, MuConvexOptions(minimise="ks_peak"))
     assert design.level == pytest.approx(4.0 * 62500.0 / 50.0, rel=0.015)
     assert _controller(design).order == 2

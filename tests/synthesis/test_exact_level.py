@@ -14,7 +14,7 @@ from magbear_cli.lti.conversion import from_transfer_function, from_zeros_poles_
 from magbear_cli.lti.frequency import frequency_response
 from magbear_cli.lti.state_space import StateSpace
 from magbear_cli.model.problem import ControlProblem, RationalWeight
-from magbear_cli.model.robust_performance import worst_case_over_mass
+from magbear_cli.model.robust_performance import worst_level
 from magbear_cli.synthesis.exact_level import exact_level
 from magbear_cli.synthesis.exact_mass import ExactMassOptions, design_exact_mass
 from magbear_cli.synthesis.fixed_order import FixedOrderOptions, design_fixed_order
@@ -26,7 +26,7 @@ SHARP = [(300.0, 1e-3), (300.0, 1e-5), (3000.0, 1e-4)]
 def _near(problem: ControlProblem, controller: StateSpace, place: float, damping: float) -> float:
     """The largest level on a fine grid around one resonance."""
     omega = place * (1.0 + damping * np.linspace(-30.0, 30.0, 60_001))
-    return float(worst_case_over_mass(problem, frequency_response(controller, omega)[:, 0, 0], omega)[0].max())
+    return float(worst_level(problem, frequency_response(controller, omega)[:, 0, 0], omega)[0].max())
 
 
 @pytest.fixture

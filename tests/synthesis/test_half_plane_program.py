@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from magbear_cli.model.problem import ControlProblem
-from magbear_cli.model.robust_performance import worst_case_over_mass
+from magbear_cli.model.robust_performance import worst_level
 from magbear_cli.model.scaling import scale_problem
 from magbear_cli.synthesis.fixed_order import best_lead
 from magbear_cli.synthesis.frequency_span import frequency_span
@@ -28,7 +28,7 @@ def test_what_satisfies_the_condition_stabilises_and_has_at_most_its_level(thrus
     candidate = program.widest_margin(lead, program.free_directions(omega), omega, 0.8)
     assert program.level(candidate, program.free_directions(dense), dense).max() < 0.8
     assert stabilises(scaled, candidate.controller())
-    worst = worst_case_over_mass(scaled, candidate.response(dense), dense)[0]
+    worst = worst_level(scaled, candidate.response(dense), dense)[0]
     assert worst.max() < 0.8
 
 
@@ -39,11 +39,11 @@ def test_held_directions_never_lose_what_the_present_controller_has(thrust_probl
     lead = best_lead(scaled)
     program = HalfPlaneProgram(scaled, np.geomspace(span.slow, 5 * span.fast, 8), float(np.sqrt(span.fast)), lead)
     omega = span.grid(200)
-    level = worst_case_over_mass(scaled, lead.response(omega), omega)[0]
+    level = worst_level(scaled, lead.response(omega), omega)[0]
     directions = program.directions_of(lead)(omega)
     x, y = lead.numerator_denominator(omega)
-    for mass in (scaled.mass.low_kg, scaled.mass.high_kg):
-        plant = scaled.plant(omega[1:-1], mass)
+    for share in scaled.family.end_shares:
+        plant = scaled.plant(omega[1:-1], share)
         chi = (y[1:-1] / plant - x[1:-1]) * directions[1:-1]
         radius = scaled.performance_bound(omega[1:-1]) * np.abs(y[1:-1] / plant)
         radius += scaled.bandwidth_bound(omega[1:-1]) * np.abs(x[1:-1])

@@ -14,8 +14,9 @@ from magbear_cli.lti.connection import lower_lft
 from magbear_cli.lti.frequency import frequency_response
 from magbear_cli.lti.norm import hinf_norm
 from magbear_cli.lti.state_space import StateSpace
+from magbear_cli.model.family import NOMINAL
 from magbear_cli.model.generalized_plant import Form, build_mixed_sensitivity_plant
-from magbear_cli.model.problem import ControlProblem, MassRange, RationalWeight
+from magbear_cli.model.problem import ControlProblem, RationalWeight
 from magbear_cli.synthesis import gamma_search, hinf
 from magbear_cli.synthesis.design import Design
 from magbear_cli.synthesis.hinf import HinfOptions, design_hinf
@@ -25,7 +26,7 @@ OMEGA = np.concatenate([[0.0], np.geomspace(1e-2, 1e9, 6001), [np.inf]])
 
 
 def _problem(weight: RationalWeight, omega_c: float | None, mass: tuple[float, float] = (2.0, 2.0)) -> ControlProblem:
-    return ControlProblem(62500.0, 50.0, MassRange(*mass), weight, omega_c)
+    return ControlProblem.of_mass(62500.0, 50.0, mass, weight, omega_c)
 
 
 def _second_order(gain: float) -> RationalWeight:
@@ -37,7 +38,7 @@ def _norm_on_a_grid(problem: ControlProblem, design: Design) -> float:
     """The largest (|W1 S|² + |W3 T|²)^½ over a dense grid, from the closed forms of S and T."""
     assert design.controller is not None
     gain = frequency_response(design.controller, OMEGA[:-1])[:, 0, 0]
-    plant = problem.plant(OMEGA[:-1], problem.mass.nominal_kg)
+    plant = problem.plant(OMEGA[:-1], NOMINAL)
     s = 1.0 / (1.0 - gain * plant)
     t = -gain * plant * s
     w1, w3 = problem.performance_bound(OMEGA[:-1]), problem.bandwidth_bound(OMEGA[:-1])
@@ -62,7 +63,7 @@ def _is_stable(problem: ControlProblem, controller: StateSpace) -> bool:
 def test_the_level_is_true(gap_m: float, mass_kg: float, corner: float, omega_c: float) -> None:
     """For bearings of 0.2-1 mm and 0.1-50 kg: stable, gamma within 1 % of the level, level true on a dense grid."""
     k_z, k_i = 4 * 4e-6 * 0.25 / gap_m**3, 4 * 4e-6 * 0.5 / gap_m**2
-    problem = ControlProblem(k_z, k_i, MassRange(mass_kg, mass_kg), RationalWeight.low_pass(10.0, corner), omega_c)
+    problem = ControlProblem.of_mass(k_z, k_i, (mass_kg, mass_kg), RationalWeight.low_pass(10.0, corner), omega_c)
     design = design_hinf(problem)
     assert design.status in {Status.OK, Status.NOT_ACHIEVED}
     assert (design.status is Status.OK) == (design.level <= 1.0)

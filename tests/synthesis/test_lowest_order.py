@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from magbear_cli.errors import Status
-from magbear_cli.model.problem import ControlProblem, MassRange, RationalWeight
+from magbear_cli.model.problem import ControlProblem, RationalWeight
 from magbear_cli.synthesis.exact_level import exact_level
 from magbear_cli.synthesis.fixed_order import FixedOrderOptions
 from magbear_cli.synthesis.lowest_order import MET, design_lowest_order
@@ -15,7 +15,7 @@ from magbear_cli.synthesis.stabilisation import stabilises
 def thrust(omega_c_rad_s: float | None, high_kg: float = 4.5) -> ControlProblem:
     """The thesis's thrust bearing with 3.0 kg up to a mass."""
     weight = RationalWeight.low_pass(10.0, 200.0)
-    return ControlProblem(62_500.0, 50.0, MassRange(3.0, high_kg), weight, omega_c_rad_s)
+    return ControlProblem.of_mass(62_500.0, 50.0, (3.0, high_kg), weight, omega_c_rad_s)
 
 
 def test_one_state_suffices_ten_per_cent_above_the_limit() -> None:

@@ -10,12 +10,12 @@ from hypothesis import strategies as st
 from magbear_cli.errors import NumericsError, Status
 from magbear_cli.lti.connection import feedback
 from magbear_cli.lti.state_space import StateSpace
-from magbear_cli.model.problem import ControlProblem, MassRange, RationalWeight
+from magbear_cli.model.problem import ControlProblem, RationalWeight
 from magbear_cli.synthesis.lqg import LqgOptions, design_lqg, kalman_gain, lqr_gain, rotor_matrices
 
 
 def _problem(k_i: float = 50.0, mass: float = 2.0, k_z: float = 62500.0) -> ControlProblem:
-    return ControlProblem(k_z, k_i, MassRange(mass, mass), RationalWeight.low_pass(10.0, 200.0))
+    return ControlProblem.of_mass(k_z, k_i, (mass, mass), RationalWeight.low_pass(10.0, 200.0))
 
 
 @pytest.mark.parametrize(

@@ -7,13 +7,13 @@ import pytest
 
 from magbear_cli.errors import NumericsError, Status
 from magbear_cli.lti.frequency import frequency_response
-from magbear_cli.model.problem import ControlProblem, MassRange, RationalWeight
+from magbear_cli.model.problem import ControlProblem, RationalWeight
 from magbear_cli.synthesis.lqg import kalman_gain
 from magbear_cli.synthesis.lqg_ltr import LqgLtrOptions, design_lqg_ltr, filter_loop
 
 
 def _problem(k_i: float = 50.0) -> ControlProblem:
-    return ControlProblem(62500.0, k_i, MassRange(2.0, 2.0), RationalWeight.low_pass(10.0, 200.0))
+    return ControlProblem.of_mass(62500.0, k_i, (2.0, 2.0), RationalWeight.low_pass(10.0, 200.0))
 
 
 @pytest.mark.parametrize(("theta", "gain"), [(8e-9, (482.0, 1.163e5)), (1e-8, (466.0, 1.09e5))])

@@ -10,7 +10,7 @@ import pytest
 from magbear_cli.errors import Status
 from magbear_cli.kernels.structured_singular_value import mu_bounds
 from magbear_cli.lti.frequency import frequency_response
-from magbear_cli.model.problem import ControlProblem, MassRange, RationalWeight
+from magbear_cli.model.problem import ControlProblem, RationalWeight
 from magbear_cli.model.robust_performance import interconnection
 from magbear_cli.synthesis.mu_convex import MuConvexOptions, design_mu_convex
 
@@ -54,7 +54,7 @@ def test_out_of_reach_is_not_achieved(thrust_problem: Maker) -> None:
 
 def test_a_known_mass_takes_the_same_current_either_way() -> None:
     """Mu of one mass is its worst case, so that the kind of uncertainty makes no difference."""
-    problem = ControlProblem(62_500.0, 50.0, MassRange(3.0, 3.0), RationalWeight.low_pass(10.0, 200.0))
+    problem = ControlProblem.of_mass(62_500.0, 50.0, (3.0, 3.0), RationalWeight.low_pass(10.0, 200.0))
     designs = [design_mu_convex(problem, MuConvexOptions(kind, minimise="ks_peak")) for kind in ("real", "complex")]
     assert designs[0].level == designs[1].level
     assert 1e5 * 4.0 < designs[0].level < 1e5 * 5.0  # A/m

@@ -130,10 +130,10 @@ def test_refuses_what_it_cannot_iterate_with(thrust_problem: Maker) -> None:
 
 KERNEL_PROGRAM = """
 import json
-from magbear_cli.model.problem import ControlProblem, MassRange, RationalWeight
+from magbear_cli.model.problem import ControlProblem, RationalWeight
 from magbear_cli.synthesis.mu_dk import MuDkOptions, design_mu_dk
 import threadpoolctl
-problem = ControlProblem(62_500.0, 50.0, MassRange(3.0, 4.5), RationalWeight.low_pass(10.0, 200.0))
+problem = ControlProblem.of_mass(62_500.0, 50.0, (3.0, 4.5), RationalWeight.low_pass(10.0, 200.0))
 options = MuDkOptions(
     d_order=5, iterations=1, gamma_tolerance=0.01, frequency_grid=(10.0, 1e4, 50), channel_scaling=False,
     fit_every_scale=True,

@@ -9,7 +9,7 @@ from magbear_cli.analysis.gridless import prove_level
 from magbear_cli.analysis.worst_case import worst_case
 from magbear_cli.lti.frequency import frequency_response
 from magbear_cli.lti.state_space import StateSpace
-from magbear_cli.model.problem import ControlProblem, MassRange, RationalWeight
+from magbear_cli.model.problem import ControlProblem, RationalWeight
 from magbear_cli.synthesis.exact_mass import ExactMassOptions, design_exact_mass
 from magbear_cli.synthesis.fixed_order import FixedOrderOptions, design_fixed_order
 from magbear_cli.synthesis.impossibility import find_impossibility
@@ -20,7 +20,7 @@ from magbear_cli.synthesis.near_integrator import raise_slow_poles, with_slow_po
 def problem(epsilon_rad_s: float) -> ControlProblem:
     """3.0-4.5 kg, W1 = (0.5 s + 50)/(s + ε), ω_c = 20 000 rad/s."""
     weight = RationalWeight((0.5, 50.0), (1.0, epsilon_rad_s))
-    return ControlProblem(62_500.0, 50.0, MassRange(3.0, 4.5), weight, 20_000.0)
+    return ControlProblem.of_mass(62_500.0, 50.0, (3.0, 4.5), weight, 20_000.0)
 
 
 @pytest.mark.parametrize("epsilon_rad_s", [3e-5, 1e-6, 1e-8, 1e-12])

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from magbear_cli.errors import NumericsError, Status
 from magbear_cli.lti.connection import feedback
 from magbear_cli.lti.state_space import StateSpace
-from magbear_cli.model.problem import ControlProblem, MassRange, RationalWeight
+from magbear_cli.model.problem import ControlProblem, RationalWeight
 from magbear_cli.synthesis.lqg import rotor_matrices
 from magbear_cli.synthesis.state_feedback import (
     EigenstructureOptions,
@@ -25,7 +25,7 @@ from magbear_cli.synthesis.state_feedback import (
 def problem(mass_kg: float = 2.2, current_stiffness: float = 50.0) -> ControlProblem:
     """The thrust bearing with a known rotor."""
     weight = RationalWeight.low_pass(10.0, 200.0)
-    return ControlProblem(62_500.0, current_stiffness, MassRange(mass_kg, mass_kg), weight)
+    return ControlProblem.of_mass(62_500.0, current_stiffness, (mass_kg, mass_kg), weight)
 
 
 def gains(statistics: dict[str, float]) -> list[float]:

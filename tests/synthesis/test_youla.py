@@ -6,12 +6,12 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from magbear_cli.model.problem import ControlProblem, MassRange, RationalWeight
+from magbear_cli.model.problem import ControlProblem, RationalWeight
 from magbear_cli.model.robust_performance import control_sensitivity
 from magbear_cli.synthesis.stabilisation import stabilises
 from magbear_cli.synthesis.youla import YoulaController
 
-SCALED = ControlProblem(1.0, 1.0, MassRange(1.0, 1.0), RationalWeight.low_pass(10.0, 1.0), 50.0)
+SCALED = ControlProblem.of_mass(1.0, 1.0, (1.0, 1.0), RationalWeight.low_pass(10.0, 1.0), 50.0)
 
 
 @given(seed=st.integers(0, 10_000), count=st.integers(1, 8), alpha=st.floats(0.5, 20.0))

@@ -9,9 +9,9 @@ import mpmath
 import numpy as np
 from numpy.typing import NDArray
 
-from magbear_cli.analysis.uncertain_loop import uncertain_loop
 from magbear_cli.kernels.structured_singular_value import mu_lower_bound, mu_upper_bound
 from magbear_cli.lti.frequency import frequency_response
+from magbear_cli.model.robust_performance import interconnection
 from tests.benchmarks.measuring import Goal, Prepared, Row, Side
 from tests.benchmarks.problem import control_problem, controller_of_33_states
 
@@ -26,7 +26,7 @@ def loop_matrices(count: int) -> Complexes:
     """M(jω) of the loop with the controller of 33 states, (count, 3, 3)."""
     omega = np.geomspace(1.0, 1e6, count)
     response = frequency_response(controller_of_33_states(), omega)[:, 0, 0]
-    return uncertain_loop(control_problem(), response, omega)
+    return interconnection(control_problem(), response, omega)
 
 
 def prescaled(matrices: Complexes) -> Complexes:
